@@ -7,46 +7,29 @@
 #include <string>
 #include <vector>
 
+#include "core/memo.h"
 #include "core/memory_budget.h"
-#include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
-#include "density/query_radii.h"
-#include "density/radius.h"
 #include "gather/bright_patches.h"
 #include "gather/radius_grid.h"
 #include "maps/air_light.h"
+#include "maps/indexed_map.h"
 #include "photon/photon_tracer.h"
-#include "scene/light_groups.h"
-#include "trace/tracer.h"
-#include "transport/roulette.h"
 
 namespace glowworm {
 
-/// How kernels that extend over the edge of a surface are corrected (maps/boundary.h).
-enum class BoundaryCorrection : std::uint8_t {
-  none,
-  photons,    ///< factors on the photons' flux: conserves flux, costs nothing for each query point
-  estimates,  ///< PhotonMaps::correct() for each query point: for estimates that are seen
-};
-
 /// Which maps to make. The lights are not part of it: call PhotonMaps::forget() when they change.
-struct PhotonMapSettings {
-  std::uint64_t photons = 500'000;   ///< in the global map
-  std::uint64_t photons_traced = 0;  ///< traced for the global map and thinned to `photons`; 0: `photons`
-  std::uint32_t nearest = 50;        ///< k: target number of photons in an estimate
+struct PhotonMapSettings : PhotonSource {
+  std::uint32_t pass = 0;      ///< selects the photons
+  std::uint32_t nearest = 50;  ///< k: target number of photons in an estimate
   std::string engine = kAutomaticEngine;
   std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
   KernelShape kernel = KernelShape::epanechnikov;
-  bool fixed_radius = false;         ///< one radius for all photons in place of one for each
-  float radius = 0;                  ///< that radius in the global map, metres; 0: fixed_radius() of its photons
-  float caustic_radius = 0;          ///< the same for the caustic map
-  std::uint32_t seed = 0, pass = 0;  ///< select the photons
-  float radius_scale = 1;            ///< factor on the radii
-  int max_bounces = kNoBounceLimit;  ///< of a photon path
-  bool on_all_surfaces = false;      ///< PhotonPassSettings::on_all_surfaces
-  /// Guide of the emission; null: in proportion to power. Two guides are equal if they are the same object.
-  std::shared_ptr<const EmissionGuide> guide;
+  bool fixed_radius = false;  ///< one radius for all photons in place of one for each
+  float radius = 0;           ///< that radius in the global map, metres; 0: fixed_radius() of its photons
+  float caustic_radius = 0;   ///< the same for the caustic map
+  float radius_scale = 1;     ///< factor on the radii
   /// Decides which photons count as used; null: all.
   std::shared_ptr<const PhotonDemand> demand;
 
@@ -56,16 +39,6 @@ struct PhotonMapSettings {
   bool patches = false;           ///< make PhotonMaps::bright_patches()
   /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.
   std::uint64_t more_caustic_paths = 0;
-
-  /// Photons on surfaces. Other choices than all make the caustic map alone, of paths that may be emitted as often as
-  /// `photons` says.
-  PhotonChoice choice = PhotonChoice::all;
-  /// Points in air, for which PhotonMaps::air() is made; null: none. They must not change.
-  std::shared_ptr<const PointGrid> in_air;
-  PhotonChoice air_choice = PhotonChoice::all;  ///< photons for them
-
-  /// Groups of light sources that get an index each; null: one index. Two are equal if they are the same object.
-  std::shared_ptr<const LightGroups> light_groups;
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
   bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
@@ -112,30 +85,30 @@ class PhotonMaps {
   /// is too small.
   void reserve_in(MemoryBudget* budget);
 
-  bool empty() const { return global_.count == 0; }
+  bool empty() const { return global_.count() == 0; }
   /// Whether update() has traced the photons and builds the map; any thread may ask.
   bool is_building() const { return *building_; }
   /// Photons in the global map, and in the caustic map.
-  std::size_t global_count() const { return global_.count; }
+  std::size_t global_count() const { return global_.count(); }
   /// Engines over the global map: one, or one for each group of lights, whose sums are the light of all.
-  using Engines = std::vector<std::unique_ptr<DensityEngine>>;
-  const Engines& engines() const { return global_.engines; }
+  using Engines = IndexedMap::Engines;
+  const Engines& engines() const { return global_.engines(); }
   /// The same over the caustic map; empty if there are no caustics.
-  const Engines& caustic_engines() const { return caustic_.engines; }
+  const Engines& caustic_engines() const { return caustic_.engines(); }
   /// Photons that pass PhotonMapSettings::in_air.
   const AirLight& air() const { return air_; }
   /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
   /// PhotonMapSettings::narrow, and where there are no photons.
-  const DensityEngine* narrow() const { return global_.narrow.get(); }
-  const DensityEngine* narrow_caustic() const { return caustic_.narrow.get(); }
+  const DensityEngine* narrow() const { return global_.narrow(); }
+  const DensityEngine* narrow_caustic() const { return caustic_.narrow(); }
   /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
-  const DensityEngine* diagnosis() const { return diagnosis_.get(); }
+  const DensityEngine* diagnosis() const { return diagnosis_->get(); }
   /// The radius of all photons of the global map, metres; 0 without PhotonMapSettings::fixed_radius.
   float common_radius() const { return common_radius_; }
   /// Radii by place, for the secondary gather; empty without PhotonMapSettings::secondary_gather.
-  const RadiusGrid& radii() const { return radius_grid_; }
+  const RadiusGrid& radii() const { return *radius_grid_; }
   /// Targets of extra gather rays; empty without PhotonMapSettings::patches.
-  const BrightPatches& bright_patches() const { return patches_; }
+  const BrightPatches& bright_patches() const { return *patches_; }
   /// Corrects what an engine over the global map, or narrow(), found at points. Does nothing without
   /// BoundaryCorrection::estimates.
   void correct(const Tracer& tracer, const QueryPoints& points, std::span<RGB> radiance, bool is_narrow = false) const;
@@ -144,72 +117,42 @@ class PhotonMaps {
   /// Counts and flux balance of the pass. Its photon batches are empty.
   const PhotonPass& pass() const { return pass_; }
   /// Bytes of the photons, without the engines' indices.
-  std::uint64_t bytes() const { return (global_.count + caustic_.count) * (PhotonBatch::kBytesEach + sizeof(float)); }
+  std::uint64_t bytes() const {
+    return (global_.count() + caustic_.count()) * (PhotonBatch::kBytesEach + sizeof(float));
+  }
 
  private:
-  /// One map. Its photons live until they are indexed, or as long as the map if they are kept.
-  struct Map {
-    PhotonBatch photons;
-    std::size_t count = 0;
-    std::uint32_t nearest = 0;           // of the radii
-    PhotonRadii radii;                   // for a radius_scale of 1
-    std::vector<PhotonCuts> cuts;        // of kernels at walls; with a correction
-    std::vector<float> factors;          // of correction
-    std::vector<std::uint32_t> sources;  // light source of each photon; with light groups
-    Engines engines;
-    std::unique_ptr<DensityEngine> narrow;
-    std::unique_ptr<QueryRadii> query_radii;  // with BoundaryCorrection::estimates
-    bool measured = false, cut = false, corrected = false, indexed = false;
-
-    /// Frees all but the engines.
-    void drop_photons() {
-      photons = PhotonBatch();
-      radii = PhotonRadii();
-      cuts = std::vector<PhotonCuts>();
-      factors = std::vector<float>();
-    }
-  };
-
-  void invalidate(const PhotonMapSettings& old);
   bool is_done() const;
-  bool is_done(const Map& map) const;
-  void discard();
+  PhotonInputs photon_inputs(const IndexedMap& map) const;
+  IndexInputs inputs_of(const IndexedMap& map) const;
+  bool finds_radii() const { return settings_.secondary_gather || settings_.patches; }
   void trace(const Tracer& tracer, Statistics& statistics);
   void trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
-  void bring_up(Map& map, std::uint32_t nearest, const Tracer& tracer, Statistics& statistics);
-  std::vector<float> factors_of(const Map& map, RadiusPolicy policy, const char* name, std::vector<PhotonCuts>* cuts,
-                                const Tracer& tracer) const;
-  void bring_up_global(const Tracer& tracer, Statistics& statistics);
-  void bring_up_caustic(const Tracer& tracer, Statistics& statistics);
+  void bring_up_global(const MapWork& work);
+  void bring_up_caustic(const MapWork& work);
   std::uint64_t wanted_caustic_paths() const;
+  std::uint32_t caustic_nearest() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
-  float fixed_radius_of(const Map& map) const;
-  void correct_map(Map& map, const Tracer& tracer, Statistics& statistics) const;
-  void index(Map& map, Statistics& statistics) const;
-  void index_narrow(Map& map, const Tracer& tracer, Statistics& statistics) const;
-  void index_groups(Map& map, std::span<const RGB> flux, Statistics& statistics) const;
-  void find_patches(const Tracer& tracer, Statistics& statistics);
-  void diagnose(Statistics& statistics);
-  RadiusPolicy policy_of(const Map& map) const;
+  BrightPatches find_patches(const Tracer& tracer) const;
+  std::unique_ptr<DensityEngine> diagnose(const KernelInputs& inputs, Statistics& statistics) const;
   PhotonPassSettings pass_settings() const;
   void hold_result();
 
   MemoryBudget* budget_;
   std::unique_ptr<Reservation> reservation_;
   PhotonMapSettings settings_;
-  bool traced_ = false, gridded_ = false, patched_ = false;
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
-  Map global_, caustic_;
+  IndexedMap global_{"global"}, caustic_{"caustic"};
   float common_radius_ = 0;  // of the global map
   AirLight air_;
-  std::shared_ptr<const EmissionGuide> surface_guide_, air_guide_;  // of trace_chosen(); of all passes of a seed
+  Memo<PhotonSource, std::shared_ptr<const EmissionGuide>> surface_guide_, air_guide_;  // of trace_chosen()
   std::size_t first_caustic_ = 0;    // photons of the caustic map from the pass of the global map
   std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
-  std::unique_ptr<DensityEngine> diagnosis_;
-  RadiusGrid radius_grid_;
-  BrightPatches patches_;
+  Memo<KernelInputs, std::unique_ptr<DensityEngine>> diagnosis_;
+  Memo<ReachInputs, RadiusGrid> radius_grid_;
+  Memo<ReachInputs, BrightPatches> patches_;
   Box3 bounds_;
 };
 

@@ -1,0 +1,208 @@
+#include "maps/indexed_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "core/random.h"
+#include "maps/boundary.h"
+#include "maps/kernel_cuts.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Memory of a photon in addition to its batch: radius, place in the order, factor.
+constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
+
+template <typename Factor>
+LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
+  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
+  return flux;
+}
+
+/// A sign for each channel.
+std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed) {
+  const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
+  std::vector<RGB> signs(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t bits = hash_combine(key, static_cast<std::uint32_t>(i));
+    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
+    signs[i] = {sign(0), sign(1), sign(2)};
+  }
+  return signs;
+}
+
+std::unique_ptr<DensityEngine> engine_of(const IndexInputs& inputs) {
+  return make_engine(inputs.engine, {.reorder = inputs.reorder});
+}
+
+/// Indexes the photons of each group of lights, with the radii of the whole map.
+IndexedMap::Engines index_groups(const IndexedMap::Photons& photons, std::span<const RGB> flux,
+                                 const RadiusPolicy& whole, const IndexInputs& inputs, Statistics& statistics) {
+  const LightGroups& groups = *inputs.light_groups;
+  std::vector<std::vector<std::uint32_t>> members(groups.names.size());
+  for (std::size_t i = 0; i < photons.batch.size(); ++i) {
+    const std::uint32_t photon = whole.order.empty() ? static_cast<std::uint32_t>(i) : whole.order[i];
+    members[groups.of_source[photons.sources[photon]]].push_back(photon);
+  }
+  IndexedMap::Engines engines;
+  for (const std::vector<std::uint32_t>& group : members) {
+    RadiusPolicy policy = whole;
+    policy.order = {};
+    policy.radii.clear();
+    policy.cuts.clear();
+    for (std::uint32_t i = 0; i < group.size(); ++i) {
+      if (!whole.radii.empty()) policy.radii.push_back(whole.radii[group[i]]);
+      if (const PhotonCuts* c = cuts_of(whole.cuts, group[i])) policy.cuts.push_back({i, c->cuts});
+    }
+    engines.push_back(engine_of(inputs));
+    engines.back()->build(photons.batch.permuted(group), permuted(flux, group), policy, statistics);
+  }
+  return engines;
+}
+
+IndexInputs without_signs(IndexInputs inputs) {
+  inputs.signs = false;
+  return inputs;
+}
+
+}  // namespace
+
+std::vector<float> scaled(std::vector<float> radii, float factor) {
+  if (factor != 1)
+    for (float& radius : radii) radius *= factor;
+  return radii;
+}
+
+void IndexedMap::set_photons(const PhotonInputs& inputs, Photons photons) {
+  clear();
+  count_ = photons.batch.size();
+  photons_.update(inputs, [&] { return std::move(photons); });
+}
+
+void IndexedMap::drop_photons() {
+  photons_.clear();
+  radii_.clear();
+  correction_.clear();
+}
+
+bool IndexedMap::is_up_to_date(const IndexInputs& inputs, bool narrow) const {
+  return engines_.is_made_of(inputs) && (!narrow || narrow_.is_made_of(without_signs(inputs))) &&
+         (inputs.correction != BoundaryCorrection::estimates || query_radii_.is_made_of(inputs));
+}
+
+void IndexedMap::update(const IndexInputs& inputs, bool narrow, const MapWork& work) {
+  {
+    const PhaseTimer timer(work.statistics, Phase::build_photon_map);
+    radii_.update(inputs, [&] { return measure(inputs); });
+    correction_.update(inputs, [&] { return correction(inputs, work); });
+    if (inputs.correction == BoundaryCorrection::estimates)
+      query_radii_.update(inputs, [&] { return std::make_unique<QueryRadii>(photons_->batch, policy(inputs)); });
+    else
+      query_radii_.clear();
+  }
+  engines_.update(inputs, [&] { return index(inputs, work); });
+  if (narrow)
+    narrow_.update(without_signs(inputs), [&] { return index_narrow(inputs, work); });
+  else
+    narrow_.clear();
+}
+
+PhotonRadii IndexedMap::measure(const RadiusInputs& inputs) const {
+  const PhotonBatch& photons = photons_->batch;
+  if (!inputs.fixed_radius || count_ == 0) return measured_radii(photons, inputs.nearest);
+  return {std::vector<float>(count_, inputs.radius > 0 ? inputs.radius : fixed_radius(photons, inputs.nearest)), {}};
+}
+
+RadiusPolicy IndexedMap::policy(const KernelInputs& inputs) const {
+  RadiusPolicy policy;
+  policy.kernel = inputs.kernel;
+  policy.k = inputs.nearest;
+  policy.kind = inputs.takes_nearest ? RadiusKind::nearest : RadiusKind::per_photon;
+  policy.radii = scaled(radii_->radii, inputs.radius_scale);
+  policy.order = radii_->order;
+  policy.cuts = correction_->cuts;
+  if (policy.radii.empty()) return policy;
+  // Where photons are few, the nearest may be in another part of the scene: an estimate never reaches further than the
+  // largest radius that density estimation uses.
+  policy.max_radius = 2 * *std::max_element(policy.radii.begin(), policy.radii.end());
+  if (inputs.fixed_radius) {
+    policy.kind = RadiusKind::fixed;
+    policy.radius = policy.radii.front();
+  }
+  return policy;
+}
+
+/// Boundary factors for kernels of these radii. @param name of the work, for other processes
+/// @param cuts receives the cuts of these kernels; null: not wanted
+std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
+                                       const MapWork& work) const {
+  const auto found_for = [&](const std::string& round) {
+    return boundary_factors(work.tracer, photons_->batch, policy, cuts, work.shared, name_ + ("-" + name + round));
+  };
+  const bool is_nearest = policy.kind == RadiusKind::nearest;
+  policy.kind = RadiusKind::per_photon;
+  if (is_nearest) {
+    // Where only part of a disc has photons, the k nearest lie further away: the part has the area of the whole disc.
+    const std::vector<float> found = found_for("-in-radii");
+    for (std::size_t i = 0; i < found.size(); ++i) policy.radii[i] *= std::sqrt(found[i]);
+  }
+  return found_for("");
+}
+
+IndexedMap::Correction IndexedMap::correction(const KernelInputs& inputs, const MapWork& work) const {
+  Correction out;
+  if (inputs.correction == BoundaryCorrection::none) return out;
+  RadiusPolicy policy = this->policy(inputs);
+  const bool is_nearest = policy.kind == RadiusKind::nearest,
+             of_photons = inputs.correction == BoundaryCorrection::photons;
+  if (of_photons) out.factors = factors(policy, "factors", is_nearest ? nullptr : &out.cuts, work);
+  if (of_photons && !is_nearest) return out;
+  // The nearest photons may be as far away as the limit.
+  if (is_nearest) policy.radii.assign(count_, policy.max_radius);
+  out.cuts = kernel_cuts(work.tracer, photons_->batch, policy.radii);
+  return out;
+}
+
+LargeVector<RGB> IndexedMap::flux() const {
+  const LargeVector<RGB>& flux = photons_->batch.flux;
+  return correction_->factors.empty() ? flux : flux_times(flux, correction_->factors);
+}
+
+IndexedMap::Engines IndexedMap::index(const IndexInputs& inputs, const MapWork& work) const {
+  LargeVector<RGB> flux = this->flux();
+  if (inputs.signs) flux = flux_times(std::move(flux), random_signs(count_, inputs.seed));
+  if (inputs.light_groups && !inputs.signs)
+    return index_groups(*photons_, flux, policy(inputs), inputs, work.statistics);
+  Engines engines;
+  engines.push_back(engine_of(inputs));
+  engines.front()->build(photons_->batch, flux, policy(inputs), work.statistics);
+  return engines;
+}
+
+std::unique_ptr<DensityEngine> IndexedMap::index_narrow(const IndexInputs& inputs, const MapWork& work) const {
+  if (count_ == 0) return nullptr;
+  const PhaseTimer timer(work.statistics, Phase::build_photon_map);
+  RadiusPolicy policy = this->policy(inputs);
+  policy.k = std::max<std::uint32_t>(1, policy.k / 2);
+  policy.radius *= kNarrow;
+  for (float& radius : policy.radii) radius *= kNarrow;
+  LargeVector<RGB> flux = photons_->batch.flux;
+  if (!correction_->factors.empty())
+    flux = flux_times(std::move(flux), factors(policy, "narrow-factors", nullptr, work));
+  std::unique_ptr<DensityEngine> engine = engine_of(inputs);
+  engine->build(photons_->batch, flux, policy, work.statistics);
+  return engine;
+}
+
+std::uint64_t IndexedMap::bytes() const {
+  std::uint64_t bytes = correction_->cuts.size() * sizeof(PhotonCuts);
+  if (narrow()) bytes += narrow()->index_bytes(count_);
+  if (query_radii()) bytes += QueryRadii::bytes(count_);
+  if (photons_.inputs()) bytes += count_ * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
+  return bytes;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,75 @@
+// Photon maps whose settings change: they are those of the last settings, whatever came before.
+#include "maps/photon_maps.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "builtin/builtin.h"
+#include "render/render_testing.h"
+
+namespace glowworm {
+namespace {
+
+/// Radiance that a map gives points on the floor.
+std::vector<RGB> light_of(const PhotonMaps& maps) {
+  constexpr int kSide = 24;
+  QueryPoints points;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const float x = static_cast<float>(i % kSide) / kSide, z = static_cast<float>(i / kSide) / kSide;
+    points.push_back({2 * x - 1, 0, 2 * z - 1}, {0, 1, 0}, RGB(1.0f), RGB(1.0f), 0);
+  }
+  std::vector<RGB> light(points.size());
+  Statistics statistics;
+  for (const PhotonMaps::Engines* engines : {&maps.engines(), &maps.caustic_engines()})
+    for (const auto& engine : *engines) engine->estimate(points, light, statistics);
+  return light;
+}
+
+TEST(PhotonMaps, AreThoseOfTheLastSettings) {
+  const Stage stage(builtin_scene("glass-sphere"));
+  PhotonMapSettings first;
+  first.photons = 3000;
+  first.more_caustic_paths = 20'000;
+  std::vector<PhotonMapSettings> changes(7, first);
+  changes[1].correction = BoundaryCorrection::photons;
+  changes[2].kernel = KernelShape::cone;
+  changes[3].fixed_radius = true;
+  changes[4].signs = true;
+  changes[5].pass = 1;
+  changes[6].nearest = 20;
+  for (const bool kept : {true, false}) {
+    MemoryBudget budget(std::uint64_t{1} << 30);
+    PhotonMaps changed(budget);
+    Statistics statistics;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      changes[i].kept = kept;
+      changed.update(*stage.tracer, changes[i], statistics);
+      PhotonMaps anew(budget);
+      anew.update(*stage.tracer, changes[i], statistics);
+      EXPECT_EQ(light_of(changed), light_of(anew)) << i << kept;
+    }
+  }
+}
+
+TEST(PhotonMaps, KeepACorrectionThatAMovingViewLeavesOut) {
+  const Stage stage(builtin_scene("cornell"));
+  MemoryBudget budget(std::uint64_t{1} << 30);
+  PhotonMaps maps(budget);
+  Statistics statistics;
+  PhotonMapSettings settings;
+  settings.photons = 3000;
+  maps.update(*stage.tracer, settings, statistics);
+  const std::vector<RGB> without = light_of(maps);
+  settings.correction = BoundaryCorrection::photons;
+  maps.update(*stage.tracer, settings, statistics);
+  const std::vector<RGB> corrected = light_of(maps);
+  EXPECT_NE(corrected, without);
+  settings.correction = BoundaryCorrection::none;
+  maps.update(*stage.tracer, settings, statistics);
+  EXPECT_EQ(light_of(maps), corrected);
+  EXPECT_EQ(statistics.count(Counter::photons_emitted), maps.pass().emitted) << "traced once";
+}
+
+}  // namespace
+}  // namespace glowworm
