@@ -177,10 +177,8 @@ std::string describe(const RenderSettings& asked, const RenderSettings& s, const
     return text + ", path tracing" +
            (s.photons > 0 ? fmt::format(", {} photons a sample for lights that mirrors or glass bend", s.photons) : "");
   if (s.integrator == Integrator::gather) text += fmt::format(" x {} gather rays", s.gather);
-  if (s.photons_traced > s.photons)
-    text += fmt::format(", {} photons thinned to {}", s.photons_traced, s.photons);
-  else
-    text += fmt::format(", {} photons", s.photons);
+  text += fmt::format(", {} photons", s.photons);
+  if (s.thinned > 0) text += fmt::format(" thinned to {}", s.thinned);
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
@@ -241,7 +239,7 @@ void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, Outpu
     warn(
         fmt::format("the photons, which all samples share, add a relative error of {:.2g}, too much for --noise: give "
                     "--progressive, or --photons and --nearest above {} and {}",
-                    photons, settings.photons_traced, settings.nearest));
+                    photons, settings.photons, settings.nearest));
   inform(fmt::format("{:.4g} samples a pixel in {:.2f} s{}", job.mean_samples(), statistics.seconds(Phase::total),
                      error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
 }
@@ -266,11 +264,10 @@ int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& 
   const RenderSettings settings = job.settings();
   if (job.is_fitted())
     inform(fmt::format(
-        "note: --time left room for {} photons{}", settings.photons_traced,
+        "note: --time left room for {} photons{}", settings.photons,
         settings.integrator == Integrator::gather ? fmt::format(" and {} gather rays a sample", settings.gather) : ""));
   if (job.has_more_photons())
-    inform(
-        fmt::format("note: --noise took {} photons, because the noise of fewer is too large", settings.photons_traced));
+    inform(fmt::format("note: --noise took {} photons, because the noise of fewer is too large", settings.photons));
   if (job.ending() == Ending::time_up && settings.noise_target > 0)
     inform("note: --time ended the render before the error of --noise was reached");
   warn_of_ending(job.ending(), any);

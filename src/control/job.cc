@@ -74,8 +74,7 @@ std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 
 
 /// Bytes of the arrays of a render, and of its smallest task.
 std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool helps) {
-  const std::uint64_t photons =
-      s.photon_target > 0 ? std::max(s.photons_traced, kMostPhotonsForNoise) : s.photons_traced;
+  const std::uint64_t photons = s.photon_target > 0 ? std::max(s.photons, kMostPhotonsForNoise) : s.photons;
   const bool guides = s.integrator == Integrator::gather && s.gather_guiding;
   const double pixels = static_cast<double>(s.width) * s.height;
   const std::uint64_t guiding =
@@ -312,7 +311,7 @@ View Job::view() const {
 
 void Job::prepare(std::uint32_t done) {
   if (mapped_ && (!settings_.progressive || mapped_ == done)) return;
-  if (settings_.photons_traced > 0) shoot_photons(settings_.sample_range().first + done);
+  if (settings_.photons > 0) shoot_photons(settings_.sample_range().first + done);
   mapped_ = done;
   schedule_ = make_schedule(settings_, budget_.available());
   pass_.queries_at_once = schedule_.queries_at_once;
@@ -423,7 +422,7 @@ Job::TaskResult Job::compute(CameraTasks places) {
   if (light_groups_) name_groups(*light_groups_, out.radiance);
   if (settings_.integrator == Integrator::path) {
     const PhaseTimer timer(statistics_, Phase::trace_paths);
-    trace_paths(*tracer_, view(), tasks, settings_, settings_.photons_traced > 0 ? &made_->maps : nullptr, out.radiance,
+    trace_paths(*tracer_, view(), tasks, settings_, settings_.photons > 0 ? &made_->maps : nullptr, out.radiance,
                 out.first_hit, statistics_);
   } else {
     PassResult result = render_pass(*tracer_, made_->maps, view(), tasks, pass_, budget_, memory_, statistics_);

@@ -19,7 +19,7 @@ namespace glowworm {
 PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass) const {
   PhotonMapSettings wanted;
   wanted.photons = s.photons;
-  wanted.photons_traced = s.photons_traced;
+  wanted.thinned = s.thinned;
   wanted.nearest = s.nearest;
   wanted.engine = s.engine;
   wanted.reorder = s.reorder;
@@ -103,8 +103,7 @@ void Job::find_photon_noise(std::uint32_t sample) {
       photon_variance_ = measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, precision,
                                                  budget_, add_signs);
     }
-    detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons_traced,
-                       std::sqrt(photon_variance_)));
+    detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons, std::sqrt(photon_variance_)));
   } while (take_more_photons());
   measures_photon_noise_ = false;
 }
@@ -115,7 +114,6 @@ bool Job::take_more_photons() {
   key();  // Renders that continue begin with the photons of before.
   const std::lock_guard lock(settings_mutex_);
   settings_.photons = more.photons;
-  settings_.photons_traced = more.photons_traced;
   settings_.nearest = more.nearest;
   made_->fixed_radius = 0;
   return has_more_photons_ = true;

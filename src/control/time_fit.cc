@@ -37,7 +37,7 @@ std::uint64_t two_digits(double value) {
 }  // namespace
 
 AutomaticNumbers automatic_numbers(const RenderSettings& asked) {
-  return {asked.photons == 0 && asked.photons_traced == 0, asked.gather == 0, asked.light_samples == 0};
+  return {asked.photons == 0, asked.gather == 0, asked.light_samples == 0};
 }
 
 RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept) {
@@ -50,10 +50,10 @@ RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept) {
   const bool has_target = target != kept.end() && target->value != kNoPhotonTarget;
   for (const Option& option : render_options()) {
     const std::string name = option.name;
-    const bool taken = name == kPhotonTarget                       ? automatic.photons && has_target
-                       : name == "--photons" || name == "--traced" ? automatic.photons
-                       : name == "--gather"                        ? automatic.gather && by_time
-                                            : automatic.light_samples && by_time && name == "light samples";
+    const bool taken = name == kPhotonTarget ? automatic.photons && has_target
+                       : name == "--photons" ? automatic.photons
+                       : name == "--gather"  ? automatic.gather && by_time
+                                             : automatic.light_samples && by_time && name == "light samples";
     const auto part = find(option.name);
     if (taken && part != kept.end()) option.parse(asked, part->value);
   }
@@ -64,23 +64,19 @@ bool may_need_fitting(const RenderSettings& s, const AutomaticNumbers& automatic
   if (s.time_limit_s <= 0 || !(automatic.photons || automatic.gather)) return false;
   const bool gathers = s.integrator == Integrator::gather;
   const double rays = gathers ? static_cast<double>(s.bounds.pixel_count()) * s.gather : 0;
-  return static_cast<double>(s.photons_traced) / kSlowPhotons > kPhotonShare * room_s ||
+  return static_cast<double>(s.photons) / kSlowPhotons > kPhotonShare * room_s ||
          rays / kSlowRays > (1 - kPhotonShare) * room_s;
 }
 
 RenderSettings with_fewer_photons(RenderSettings s, double share) {
-  const auto part = [share](std::uint64_t photons) {
-    return std::min(photons, std::max(two_digits(static_cast<double>(photons) * share), kLeastPhotons));
-  };
-  s.photons = part(s.photons);
-  s.photons_traced = std::max(part(s.photons_traced), s.photons);
+  s.photons = std::min(s.photons, std::max(two_digits(static_cast<double>(s.photons) * share), kLeastPhotons));
   return s;
 }
 
 RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
                                double room_s) {
   RenderSettings s = settings;
-  const double photons_s = speed.photon_s * static_cast<double>(s.photons_traced);
+  const double photons_s = speed.photon_s * static_cast<double>(s.photons);
   double share = std::min(1.0, std::max(kPhotonShare * room_s, 0.0) / photons_s);
   if (!automatic.photons) share = 1;
   if (share < 1) s = with_fewer_photons(s, share);
@@ -137,7 +133,7 @@ void Job::fit_to_time() {
   guide_emission(few, not_the_renders);
   const double guided = seconds();
   make_maps(few, settings_.sample_range().first, not_the_renders);
-  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons_traced);
+  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons);
   if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
   made_->maps.forget();
   made_->fixed_radius = 0;
@@ -151,10 +147,9 @@ void Job::fit_to_time() {
   }
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;
-  if (fitted.photons_traced == settings_.photons_traced && fitted.gather == settings_.gather) return;
+  if (fitted.photons == settings_.photons && fitted.gather == settings_.gather) return;
   const std::scoped_lock lock(key_mutex_, settings_mutex_);
   settings_.photons = fitted.photons;
-  settings_.photons_traced = fitted.photons_traced;
   settings_.gather = fitted.gather;
   settings_.light_samples = fitted.light_samples;
   pass_ = pass_settings();

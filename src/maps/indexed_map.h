@@ -28,8 +28,8 @@ enum class BoundaryCorrection : std::uint8_t {
 
 /// Which photons there are. The scene is not part of it. Pointers are equal if they point to the same object.
 struct PhotonSource {
-  std::uint64_t photons = 500'000;   ///< in the global map
-  std::uint64_t photons_traced = 0;  ///< traced for the global map and thinned to `photons`; 0: `photons`
+  std::uint64_t photons = 500'000;  ///< in the global map
+  std::uint64_t thinned = 0;        ///< how many of them density control leaves; 0: all
   std::uint32_t seed = 0;
   int max_bounces = kNoBounceLimit;  ///< of a photon path
   bool on_all_surfaces = false;      ///< PhotonPassSettings::on_all_surfaces

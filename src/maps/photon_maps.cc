@@ -141,7 +141,7 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
 
 PhotonPassSettings PhotonMaps::pass_settings() const {
   PhotonPassSettings out;
-  out.photons = std::max(settings_.photons_traced, settings_.photons);
+  out.photons = settings_.photons;
   out.seed = settings_.seed;
   out.pass = settings_.pass;
   out.max_bounces = settings_.max_bounces;
@@ -174,10 +174,10 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   else if (pass_.emitted == 0)
     pass_ = trace_photons(tracer, wanted, statistics);
   *building_ = true;
-  if (wanted.photons > settings_.photons) {
+  if (settings_.thinned > 0) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     DensityControlSettings control;
-    control.wanted = settings_.photons;
+    control.wanted = settings_.thinned;
     control.seed = settings_.seed;
     pass_.global = control_density(pass_.global, control);
   }

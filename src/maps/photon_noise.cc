@@ -93,10 +93,9 @@ RenderSettings with_photons_for_noise(RenderSettings s, double variance) {
   if (s.photon_target <= 0) return s;
   const double wanted = variance / (kPhotonsShare * s.photon_target * s.photon_target);
   const double growth = std::min(std::pow(wanted, 1 / kPower),
-                                 static_cast<double>(kMostPhotonsForNoise) / static_cast<double>(s.photons_traced));
+                                 static_cast<double>(kMostPhotonsForNoise) / static_cast<double>(s.photons));
   if (growth < kLeastGrowth) return s;
-  for (std::uint64_t* photons : {&s.photons, &s.photons_traced})
-    *photons = static_cast<std::uint64_t>(growth * static_cast<double>(*photons));
+  s.photons = static_cast<std::uint64_t>(growth * static_cast<double>(s.photons));
   s.nearest = static_cast<std::uint32_t>(std::lround(std::sqrt(growth) * s.nearest));
   return s;
 }

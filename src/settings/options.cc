@@ -232,12 +232,6 @@ std::string without_photons(const RenderSettings& s) {
   return s.integrator == Integrator::path ? "--integrator path" : "";
 }
 
-std::string by_more_photons(const RenderSettings& s) {
-  if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
-  const bool fewer = s.photons_traced > 0 && s.photons_traced < s.photons;
-  return fewer ? fmt::format("--photons {}, which is more", s.photons) : "";
-}
-
 std::string without_gathering(const RenderSettings& s) {
   return s.integrator == Integrator::photons ? "--integrator photons" : without_photons(s);
 }
@@ -255,6 +249,11 @@ std::string without_open_end(const RenderSettings& s) {
 std::string without_packets(const RenderSettings& s) {
   if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
   return s.engine == "forward" ? "" : "--engine " + s.engine;
+}
+
+std::string without_density_control(const RenderSettings& s) {
+  if (const std::string overruling = without_photons(s); !overruling.empty()) return overruling;
+  return s.engine == "reverse" ? "" : "--engine " + s.engine;
 }
 
 std::string by_pixel_bounds(const RenderSettings& s) { return s.bounds.empty() ? "" : "--pixel-bounds"; }
@@ -383,10 +382,10 @@ std::vector<Option> effort_options() {
       count({"--photons", kEffort, "photons", "N", "auto", "500k", "Photons in the map, for example 500k or 2M", true,
              without_photons},
             &S::photons, 1u << 30),
-      count({"--traced", kEffort, "photons_traced", "N", "auto", nullptr,
-             "Photons to trace; if they are more than --photons, density control thins them to that", true,
-             by_more_photons},
-            &S::photons_traced, 1u << 30),
+      count({"--thinned", kMethod, "thinned", "N", "none", nullptr,
+             "Engine reverse: density control leaves N of the photons, fewer where they are dense", true,
+             without_density_control},
+            &S::thinned, 1u << 30, "none"),
       count({"--nearest", kEffort, "nearest", "N", "auto", "50", "Photons that an estimate should catch (k)", true,
              without_photons},
             &S::nearest, 100'000),

@@ -41,10 +41,6 @@ constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinM
 constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
 constexpr double kProgressiveShare = 0.5;
-/// If photons search for at least this many query points each, thinning them to a quarter saves more than it costs,
-/// with no larger error.
-constexpr double kQueriesThatPayControl = 100;
-constexpr std::uint64_t kShareKept = 4;
 /// Photons that a core of 2020 traces in a second, at least.
 constexpr double kPhotonsPerSecond = 40'000;
 /// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
@@ -103,18 +99,12 @@ void resolve_photons(RenderSettings& s) {
   // Two digits: the number is a choice, not a measurement.
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
-  const double queries = pixel_count(s) * samples * s.gather;
-  // Thinning joins photons of several lights.
-  if (!engine_traits(s.engine).goes_over_photons || s.photons_traced != 0 || s.light_groups) return;
-  if (queries < kQueriesThatPayControl * static_cast<double>(s.photons)) return;
-  s.photons_traced = s.photons;
-  s.photons /= kShareKept;
 }
 
 /// A path tracer has photons for light that no path finds. Each sample has new ones, so that the spread of the samples
 /// contains their noise.
 void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
-  s.photons = s.photons_traced = 0;
+  s.photons = s.thinned = 0;
   if (!bends_delta_lights(scene)) return;
   s.progressive = true;
   s.fixed_radius = false;
@@ -123,13 +113,13 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   // Renders with an open end may stop after a few samples.
   const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
   const double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
-  s.photons = s.photons_traced = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
+  s.photons = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 
 /// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
 /// as there is time for, and a progressive render has new ones for every sample.
 bool chooses_photons_by_noise(const RenderSettings& s) {
-  return s.integrator == Integrator::gather && s.photons == 0 && s.photons_traced == 0 && s.time_limit_s <= 0 &&
+  return s.integrator == Integrator::gather && s.photons == 0 && s.thinned == 0 && s.time_limit_s <= 0 &&
          !s.progressive && !s.of_points;
 }
 
@@ -138,8 +128,8 @@ void check_light_groups(const RenderSettings& s) {
   std::string reason;
   if (s.integrator != Integrator::path && engine_traits(s.engine).takes_nearest)
     reason = fmt::format("--engine {} looks for the nearest photons of all lights", s.engine);
-  else if (s.photons_traced > s.photons)
-    reason = "--traced joins photons of several lights";
+  else if (s.thinned > 0)
+    reason = "--thinned joins photons of several lights";
   else if (s.indirect_only)
     reason = "--indirect-only shows a part of the light";
   if (!reason.empty())
@@ -227,11 +217,11 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
     resolve_photons_of_paths(s, scene);
   } else {
     s.engine = engine_traits(s.engine).name;
+    if (!engine_traits(s.engine).goes_over_photons) s.thinned = 0;
     if (s.samples == 0) s.samples = open_ended ? kOpenEndedSamples : kDefaultSamples;
     if (s.gather == 0) resolve_gather(s);
     if (s.photon_target == 0 && chooses_photons_by_noise(s)) s.photon_target = s.noise_target;
     if (s.photons == 0) resolve_photons(s);
-    s.photons_traced = std::max(s.photons_traced, s.photons);
     // The cost of knn grows with k, and final gathering averages many of its estimates. [SF07] and [HHS05] use k >= 30.
     if (s.nearest == 0) s.nearest = engine_traits(s.engine).takes_nearest ? 30 : kNearest;
     if (s.light_samples == 0) s.light_samples = default_light_samples(s.gather);
@@ -267,15 +257,11 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}",
-                   chosen.photons_traced, kRaysPerPhoton / photon_share(chosen), kMinPhotons,
-                   photon_share(chosen) * kMaxPhotons,
+       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}", chosen.photons,
+                   kRaysPerPhoton / photon_share(chosen), kMinPhotons, photon_share(chosen) * kMaxPhotons,
                    chosen.time_limit_s > 0    ? ", within a quarter of the time"
                    : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
                                               : ""));
-  note(asked.photons == 0 && chosen.photons < chosen.photons_traced,
-       fmt::format("thinned to {}: they look for the query points, {} or more each", chosen.photons,
-                   kQueriesThatPayControl));
   note(asked.nearest == 0,
        fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
   note(asked.engine == "auto", fmt::format("engine {}: the fastest but for a few hundred query points", chosen.engine));

@@ -89,9 +89,9 @@ struct RenderSettings {
   std::uint32_t gather = 0;                       ///< final gather rays of each camera sample
   std::uint32_t default_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
   std::uint64_t photons = 0;                      ///< photons in the global map
-  std::uint64_t photons_traced = 0;  ///< photons traced for the global map; density control thins them to `photons`
-  std::uint32_t nearest = 0;         ///< k: target number of photons in an estimate
-  std::uint32_t light_samples = 0;   ///< light samples of each gather point
+  std::uint64_t thinned = 0;                      ///< how many of them density control leaves; 0: all
+  std::uint32_t nearest = 0;                      ///< k: target number of photons in an estimate
+  std::uint32_t light_samples = 0;                ///< light samples of each gather point
   KernelShape kernel = KernelShape::epanechnikov;
   bool fixed_radius = false;  ///< one radius for all photons, as in [SF07], in place of one for each
   float radius = 0;           ///< that radius, metres; 0: such that estimates have k photons on average

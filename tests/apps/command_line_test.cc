@@ -132,7 +132,7 @@ TEST_F(CommandLineTest, OptionsWithoutEffectAreNamed) {
       {{"--exposure", "1", "-o", "a.exr"}, "--exposure has no effect"},
       {{"--tone", "srgb", "-o", "a.exr"}, "--tone has no effect"},
       {{"--reorder", "8", "-o", "a.exr"}, "--reorder has no effect"},
-      {{"--traced", "1k", "-o", "a.exr"}, "--traced has no effect"},
+      {{"--thinned", "1k", "-o", "a.exr"}, "--thinned has no effect"},
       {{"--crop", "0,0,1,0.5", "--pixel-bounds", "0,0,4,4", "-o", "a.exr"}, "--crop has no effect"},
       {{"--environment", "1", "--sky", "cie:16", "-o", "a.exr"}, "--environment has no effect"},
       {{"--pixel-bounds", "0,0,4,9999", "-o", "a.exr"}, "--pixel-bounds reaches beyond the picture"},

@@ -42,7 +42,7 @@ TEST_F(StatisticsTest, EveryKeyIsPresent) {
                                              "/settings/samples",
                                              "/settings/gather",
                                              "/settings/photons",
-                                             "/settings/photons_traced",
+                                             "/settings/thinned",
                                              "/settings/radius",
                                              "/settings/nearest",
                                              "/settings/kernel",

@@ -55,9 +55,9 @@ TEST_F(SharedPhotonsTest, WithPathsTowardsCaustics) {
 }
 
 TEST_F(SharedPhotonsTest, ThinnedAndOfOneRadius) {
-  RenderSettings settings = by_photons(16, 1, 4, 5000, "blocked");
+  RenderSettings settings = by_photons(16, 1, 4, 10'000, "reverse");
   settings.fixed_radius = true;
-  settings.photons_traced = 10'000;
+  settings.thinned = 5000;
   expect_same_bits(Stage(builtin_scene("cornell")), settings, "photons-0");
 }
 
