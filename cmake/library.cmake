@@ -1,6 +1,7 @@
-# What `cmake --install` installs: the program, two libraries with their headers, man page, completion, licence.
+# What `cmake --install` installs: the program, the libraries with their headers, man page, completion, licence.
 #
-# Each library is one archive made of the rooms that it needs, so that the rooms themselves stay inside.
+# Each static library is one archive made of the rooms that it needs, so that the rooms themselves stay inside. The
+# shared library holds all of them, and exports the public interface alone.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -24,6 +25,16 @@ set(GLOWWORM_DENSITY_LIBRARIES tbb fmt hwy)
 set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z zstd dl)
 glowworm_archive(glowworm_density ${density_rooms})
 glowworm_archive(glowworm api bake measure control share film maps settings filter gather photon transport trace import builtin scene image)
+
+add_library(glowworm_shared SHARED $<TARGET_OBJECTS:glowworm_api> $<TARGET_OBJECTS:glowworm_density>)
+target_link_libraries(glowworm_shared PRIVATE glowworm_api)
+set(exports ${CMAKE_SOURCE_DIR}/cmake/exports.map)
+target_link_options(glowworm_shared PRIVATE LINKER:--version-script=${exports} LINKER:--no-undefined)
+set_target_properties(glowworm_shared PROPERTIES OUTPUT_NAME glowworm LINK_DEPENDS ${exports}
+  VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib
+  BUILD_RPATH ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} INSTALL_RPATH "$ORIGIN/glowworm")
+install(TARGETS glowworm_shared LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/glowworm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS glowworm RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
