@@ -16,6 +16,7 @@
 #include "maps/photon_maps.h"
 #include "photon/photon_tracer.h"
 #include "settings/settings.h"
+#include "transport/vertex.h"
 
 namespace glowworm::bench {
 

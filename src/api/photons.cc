@@ -17,6 +17,7 @@
 #include "photon/photon_tracer.h"
 #include "scene/surface.h"
 #include "settings/settings.h"
+#include "transport/vertex.h"
 
 namespace glowworm::api {
 
@@ -176,7 +177,7 @@ std::vector<Rgb> PhotonMap::radiance(std::span<const Vec3> position, std::span<c
   queries.reserve(position.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const glowworm::Vec3 towards = normalize(inner(normal[i]));
-    Vertex vertex = vertex_at(tracer.scene(), hits[i], towards);
+    Vertex vertex{surface_point(tracer.scene(), hits[i].triangle, hits[i].barycentric), towards, {}};
     vertex.bsdf = resolve_bsdf(tracer.scene(), vertex.point);
     add_query(queries, vertex, RGB(1.0f), static_cast<std::uint32_t>(i));
   }

@@ -11,6 +11,7 @@
 #include "scene/surface.h"
 #include "transport/light_connection.h"
 #include "transport/step.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 
@@ -142,11 +143,10 @@ class Path {
     const Vec2 pair = sampler_.next2();
     const float u = sampler_.next1();
     if (!takes_light_samples(vertex.bsdf)) return;
-    const LightSample sample = sample_light(scene_, vertex.point.position, pair.x, {u, pair.y});
+    const LightSample sample = sample_light(scene_, vertex, pair, u);
     for (const Lobes which : {kBroad, kSharp}) {
       if (!vertex.has(which)) continue;
-      const UnoccludedLight light = reflected_light(
-          scene_, sample, vertex, which, 1, 1, [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kAllLobes); });
+      const UnoccludedLight light = reflected_light(scene_, sample, vertex, which, kAllLobes);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
       const RGB passed = tracer_.transmittance(light.shadow_ray);
@@ -167,10 +167,8 @@ class Path {
     const float u_lobe = sampler_.next1();
     const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler_.next2(), kAllLobes);
     if (!leave(scene_, state_, vertex, s, s.weight)) return false;
-    const float probability = roulette(max_component(state_.throughput) / start_, kLeastOfPaths, bounce_ + 1,
-                                       [&] { return sampler_.next1(); });
-    if (!(probability > 0)) return false;
-    state_.throughput *= 1 / probability;
+    const float weight = max_component(state_.throughput) / start_;
+    if (!(survive(state_, weight, kLeastOfPaths, bounce_ + 1, [&] { return sampler_.next1(); }) > 0)) return false;
     if (!s.straight) history_.mark(s.lobe, s.delta);  // shadow rays pass through panes, too
     return true;
   }

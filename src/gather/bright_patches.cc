@@ -196,7 +196,7 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const RGB scattered = surface.evaluate(points.wo[i], direction, kBroad);
       if (is_black(scattered)) continue;
       const Ray ray =
-          leave_surface(points.position[i], face_forward(points.normal[i], direction), points.offset[i], direction);
+          leave_surface(points.position[i], face_forward(points.normal[i], direction), points.offset[i], direction, 0);
       const std::uint32_t triangle = patches.triangle(s.patch);
       const float cosine = std::abs(dot(scene.diffuse_triangle(triangle).normal, direction));
       if (!(cosine > 0)) continue;

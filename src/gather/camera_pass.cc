@@ -9,9 +9,7 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
-#include "gather/final_gather.h"
-#include "kernels/sobol.h"
-#include "scene/surface.h"
+#include "gather/camera_rays.h"
 #include "transport/light_connection.h"
 #include "transport/step.h"
 
@@ -22,10 +20,6 @@ namespace {
 /// Pixels are traced in square blocks of this side, so that packets of rays are compact. Blocks are aligned to the
 /// whole picture, not to the task, because a hit's last bits depend on the ray's packet.
 constexpr int kBlock = CameraTask::kBlock;
-/// Within a block, pixels are grouped in squares of this side, which fill a packet.
-constexpr int kSquare = CameraTask::kSquare;
-/// Slot of a camera ray that only fills a packet; its pixel is not of the task.
-constexpr std::uint32_t kNoSlot = 0xffffffffu;
 /// Up to this many bounces, surface samples follow both reflection and refraction by clear glass. With a random choice,
 /// a lamp that is rarely chosen would make single bright pixels.
 constexpr int kSplitBounces = 4;
@@ -38,15 +32,13 @@ struct CameraPath : PathState {
 
 /// Working memory, reused for one block after another.
 struct BlockMemory {
-  std::vector<Ray> rays;
+  CameraRays camera;
+  std::vector<Ray> rays;  // of the paths
   std::vector<Hit> hits;
-  std::vector<std::uint32_t> slot, pixel;  // of the camera rays
-  std::vector<CameraPath> paths;           // paths that continue through a sharp bounce
-  std::vector<CameraPath> split_paths;     // of surface samples that continue on a second path
-  GatherPoints points;                     // the one or the other
+  std::vector<CameraPath> paths;        // paths that continue through a sharp bounce
+  std::vector<CameraPath> split_paths;  // of surface samples that continue on a second path
+  GatherPoints points;                  // the one or the other
   QueryPoints queries;
-  std::vector<std::uint32_t> stream;  // streams of random numbers of the points that follow
-  std::vector<float> film_x, film_y, lens_x, lens_y;
 };
 
 class BlockTracer {
@@ -65,35 +57,32 @@ class BlockTracer {
         radiance_(radiance),
         first_hit_(first_hit),
         memory_(memory),
-        rays_(memory.rays),
+        camera_rays_(memory.camera),
         hits_(memory.hits),
-        slot_(memory.slot),
-        pixel_(memory.pixel),
-        paths_(memory.paths),
-        points_(memory.points),
-        queries_(memory.queries) {}
+        paths_(memory.paths) {}
 
   void trace(int x0, int y0) {
-    points_.clear();
-    queries_.clear();
+    memory_.points.clear();
+    memory_.queries.clear();
     follow_paths(x0, y0);
-    if (!settings_.fine) return;
-    for (surface_sample_ = 0; surface_sample_ < static_cast<int>(kSurfaceSamples); ++surface_sample_)
+    for (std::uint32_t i = 0; settings_.fine && i < kSurfaceSamples; ++i) {
+      sequence_ = CameraSequence(i);
       follow_paths(x0, y0);
+    }
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
 
  private:
   void follow_paths(int x0, int y0) {
     paths_.clear();
-    start(x0, y0);
+    camera_rays_.create(camera_, task_, first_slot_, settings_, sequence_, x0, y0);
     intersect_camera_rays();
-    for (std::size_t i = 0; i < slot_.size(); ++i) see(i);
+    for (std::size_t i = 0; i < camera_rays_.rays.size(); ++i) see(i);
     keep_paths(paths_.size());
-    for (int bounce = 1; !rays_.empty(); ++bounce) {
+    for (int bounce = 1; !paths_.empty(); ++bounce) {
       intersect();
       std::size_t kept = 0;
-      for (std::size_t i = 0; i < rays_.size(); ++i)
+      for (std::size_t i = 0; i < hits_.size(); ++i)
         if (advance(paths_[i], hits_[i], bounce)) paths_[kept++] = paths_[i];
       keep_paths(kept);
     }
@@ -103,145 +92,72 @@ class BlockTracer {
   void keep_paths(std::size_t kept) {
     paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
     paths_.insert(paths_.end(), memory_.split_paths.begin(), memory_.split_paths.end());
-    rays_.clear();
-    for (const CameraPath& path : paths_) rays_.push_back(path.ray);
     memory_.split_paths.clear();
   }
 
-  void start(int x0, int y0) {
-    rays_.clear();
-    slot_.clear();
-    pixel_.clear();
-    const int x1 = std::min(x0 + kBlock, settings_.width), y1 = std::min(y0 + kBlock, settings_.height);
-    for (std::uint32_t s = 0; s < task_.sample_count; ++s) {
-      const std::size_t first = slot_.size();
-      for (int y = y0; y < y1; y += kSquare)
-        for (int x = x0; x < x1; x += kSquare)
-          add_square(s, x, y, std::min(x + kSquare, x1), std::min(y + kSquare, y1));
-      create_rays(first, task_.first_sample + s);
-    }
-  }
-
-  /// Lists the pixels of a square together, so that the rays of a packet are close together.
-  void add_square(std::uint32_t s, int x0, int y0, int x1, int y1) {
-    const int width = task_.x1 - task_.x0;
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const bool inside = x >= task_.x0 && x < task_.x1 && y >= task_.y0 && y < task_.y1 && task_.has(x, y);
-        const auto in_tile = static_cast<std::size_t>((y - task_.y0) * width + (x - task_.x0));
-        slot_.push_back(inside ? static_cast<std::uint32_t>(first_slot_ + s * task_.pixel_count() + in_tile) : kNoSlot);
-        pixel_.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) +
-                         static_cast<std::uint32_t>(x));
-      }
-  }
-
-  /// Makes rays through the block's pixels from index `first` on.
-  void create_rays(std::size_t first, std::uint32_t sample) {
-    const std::size_t n = pixel_.size() - first;
-    memory_.stream.resize(n);
-    for (auto* numbers : {&memory_.film_x, &memory_.film_y, &memory_.lens_x, &memory_.lens_y}) numbers->resize(n);
-    for (std::size_t i = 0; i < n; ++i) memory_.stream[i] = stream_of(pixel_[first + i]);
-    sobol_pairs_of(settings_.seed, memory_.stream.data(), n, in_stream(sample), 0, memory_.film_x.data(),
-                   memory_.film_y.data());
-    const bool has_lens = camera_.lens_radius > 0;
-    if (has_lens)
-      sobol_pairs_of(settings_.seed, memory_.stream.data(), n, in_stream(sample), 1, memory_.lens_x.data(),
-                     memory_.lens_y.data());
-    const auto width = static_cast<std::uint32_t>(settings_.width);
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::uint32_t pixel = pixel_[first + i];
-      const Vec2 film{static_cast<float>(pixel % width) + memory_.film_x[i],
-                      static_cast<float>(pixel / width) + memory_.film_y[i]};
-      const Vec2 lens = has_lens ? Vec2{memory_.lens_x[i], memory_.lens_y[i]} : Vec2();
-      const CameraRay ray = generate_ray(camera_, film, settings_.width, settings_.height, lens);
-      rays_.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
-    }
-  }
-
-  bool is_surface_sample() const { return surface_sample_ >= 0; }
-  /// The sequence of random numbers of a pixel.
-  std::uint32_t stream_of(std::uint32_t pixel) const {
-    return hash_combine(pixel, is_surface_sample() ? kSurfaceStream : kCameraStream);
-  }
-  /// The place of a camera sample in its sequence.
-  std::uint32_t in_stream(std::uint32_t sample) const {
-    return is_surface_sample() ? sample * kSurfaceSamples + static_cast<std::uint32_t>(surface_sample_) : sample;
-  }
-
   void intersect() {
-    hits_.resize(rays_.size());
-    tracer_.intersect(rays_, hits_, RayOrder::incoherent);
-    rays_traced_ += rays_.size();
+    memory_.rays.clear();
+    for (const CameraPath& path : paths_) memory_.rays.push_back(path.ray);
+    hits_.resize(paths_.size());
+    tracer_.intersect(memory_.rays, hits_, RayOrder::incoherent);
+    rays_traced_ += hits_.size();
   }
 
   /// Traces one sample after another: the number of samples of the task must not change which rays share a packet,
   /// because the last bits of a coherent ray's hit depend on that.
   void intersect_camera_rays() {
-    hits_.resize(rays_.size());
-    const std::size_t each = rays_.size() / task_.sample_count;
-    for (std::size_t first = 0; first < rays_.size(); first += each)
-      tracer_.intersect(std::span(rays_).subspan(first, each), std::span(hits_).subspan(first, each), RayOrder::camera);
-    rays_traced_ += rays_.size();
+    const std::span<const Ray> rays(camera_rays_.rays);
+    hits_.resize(rays.size());
+    const std::size_t each = rays.size() / task_.sample_count;
+    for (std::size_t first = 0; first < rays.size(); first += each)
+      tracer_.intersect(rays.subspan(first, each), std::span(hits_).subspan(first, each), RayOrder::camera);
+    rays_traced_ += rays.size();
   }
 
   /// Processes the hit of camera ray i. Appends its path if it continues.
   void see(std::size_t i) {
-    if (slot_[i] == kNoSlot) return;
+    const std::uint32_t slot = camera_rays_.slot[i], pixel = camera_rays_.pixel[i];
+    if (slot == CameraRays::kNoSlot) return;
+    const Ray& ray = camera_rays_.rays[i];
     const Hit& hit = hits_[i];
-    if (is_surface_sample() ? hit.triangle != kNone && look_at_diffuse(i) : see_first(i)) return;
-    const std::size_t per_sample = slot_.size() / task_.sample_count;
-    const std::uint32_t sample = task_.first_sample + static_cast<std::uint32_t>(i / per_sample);
-    Sampler sampler(SamplerKind::sobol, settings_.seed, stream_of(pixel_[i]), in_stream(sample));
+    if (!sequence_.of_surface()) record_hit(slot, hit);
+    if (hit.triangle != kNone && ends_on_diffuse(slot, ray, hit)) return;
+    const std::uint32_t sample = camera_rays_.sample_of(i, task_);
+    Sampler sampler(SamplerKind::sobol, settings_.seed, sequence_.stream_of(pixel), sequence_.place_of(sample));
     // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
-    paths_.push_back({{rays_[i]}, sampler, slot_[i], pixel_[i], sample});
+    paths_.push_back({{ray}, sampler, slot, pixel, sample});
     if (!advance(paths_.back(), hit, 0)) paths_.pop_back();
   }
 
-  /// Records the first hit of camera ray i. Returns true if the path ends there.
-  bool see_first(std::size_t i) {
-    const Hit& hit = hits_[i];
-    first_hit_.depth[slot_[i]] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
-    if (settings_.places) {
-      first_hit_.triangle[slot_[i]] = hit.triangle;
-      first_hit_.barycentric[slot_[i]] = hit.barycentric;
-    }
-    return as_queries_ && hit.triangle != kNone && see_diffuse(i);
+  void record_hit(std::uint32_t slot, const Hit& hit) {
+    first_hit_.depth[slot] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    if (!settings_.places) return;
+    first_hit_.triangle[slot] = hit.triangle;
+    first_hit_.barycentric[slot] = hit.barycentric;
   }
 
-  /// A fast version of advance() for surface samples that meet surfaces that only reflect diffusely. Returns false for
-  /// other surfaces.
-  bool look_at_diffuse(std::size_t i) {
-    const Hit& hit = hits_[i];
+  /// A fast version of advance() for surfaces that only reflect diffusely, where no gather point is needed. Returns
+  /// false for others.
+  bool ends_on_diffuse(std::uint32_t slot, const Ray& ray, const Hit& hit) {
+    if (!sequence_.of_surface() && !as_queries_) return false;
     DiffusePoint point;
-    if (tracer_.scene().geometry().emission[hit.triangle] != kNone ||
-        !diffuse_point(tracer_.scene(), hit.triangle, hit.barycentric, point))
-      return false;
-    add_fine(first_hit_.fine_albedo, slot_[i], point.reflectance);
+    if (!diffuse_vertex(tracer_.scene(), hit, point)) return false;
+    if (sequence_.of_surface()) {
+      add_fine(first_hit_.fine_albedo, slot, point.reflectance);
+      return true;
+    }
+    Vec3 shading_normal;
+    if (!diffuse_shading_normal(tracer_.scene(), hit.triangle, hit.barycentric, point, shading_normal)) return false;
+    const Vec3 wo = -ray.direction;
+    first_hit_.normal[slot] = shading_normal_towards(shading_normal, point.geometric_normal, wo);
+    first_hit_.albedo[slot] = point.reflectance;
+    add_query(memory_.queries, point, wo, RGB(1.0f), slot);
     return true;
   }
 
   static void add_fine(std::vector<RGB>& target, std::uint32_t slot, RGB value) {
     target[slot] += value * (1.0f / kSurfaceSamples);
-  }
-
-  /// A fast version of advance() for surfaces that only reflect diffusely. Returns false for other surfaces.
-  bool see_diffuse(std::size_t i) {
-    const Scene& scene = tracer_.scene();
-    const Hit& hit = hits_[i];
-    const Vec3 wo = -rays_[i].direction;
-    DiffusePoint point;
-    Vec3 shading_normal;
-    if (scene.geometry().emission[hit.triangle] != kNone ||
-        !diffuse_point(scene, hit.triangle, hit.barycentric, point) ||
-        !diffuse_shading_normal(scene, hit.triangle, hit.barycentric, point, shading_normal))
-      return false;
-    first_hit_.normal[slot_[i]] = shading_normal_towards(shading_normal, point.geometric_normal, wo);
-    first_hit_.albedo[slot_[i]] = point.reflectance;
-    if (max_component(point.reflectance) > 0)
-      queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, RGB(1.0f),
-                         slot_[i]);
-    return true;
   }
 
   /// What camera paths do on their step.
@@ -269,7 +185,7 @@ class BlockTracer {
   bool scatter(CameraPath& path, const Vertex& vertex, int bounce) {
     if (bounce == 0) record_surface(path, vertex);
     // Surface samples see light through the sharp lobes alone.
-    if (is_surface_sample()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
+    if (sequence_.of_surface()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
     const float broad = broad_probability(vertex);
     if (broad >= 1 || path.sampler.next1() < broad) {
       add_point(path, vertex, path.throughput / broad);
@@ -281,7 +197,7 @@ class BlockTracer {
 
   void record_surface(const CameraPath& path, const Vertex& vertex) {
     const RGB albedo = vertex.surface().albedo(vertex.wo, kAllLobes);
-    if (is_surface_sample()) {
+    if (sequence_.of_surface()) {
       add_fine(first_hit_.fine_albedo, path.slot, albedo);
       return;
     }
@@ -291,27 +207,17 @@ class BlockTracer {
   }
 
   void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
-    if (is_surface_sample())
+    if (sequence_.of_surface())
       add_fine(radiance_.fine_emitted, slot, light);
     else
       radiance_.add(radiance_.emitted, slot, light, source);
   }
 
   void add_point(const CameraPath& path, const Vertex& vertex, RGB throughput) {
-    if (as_queries_) {
-      add_query(queries_, vertex, throughput, path.slot);
-      return;
-    }
-    points_.slot.push_back(path.slot);
-    points_.sequence.push_back(path.sequence);
-    points_.sample.push_back(path.sample);
-    points_.position.push_back(vertex.point.position);
-    points_.normal.push_back(vertex.normal());
-    points_.offset.push_back(vertex.point.offset);
-    points_.frame.push_back(vertex.point.frame);
-    points_.wo.push_back(vertex.wo);
-    points_.bsdf.push_back(vertex.bsdf);
-    points_.throughput.push_back(throughput);
+    if (as_queries_)
+      add_query(memory_.queries, vertex, throughput, path.slot);
+    else
+      add_gather_point(memory_.points, vertex, throughput, path.slot, path.sequence, path.sample);
   }
 
   /// Continues through the sharp lobes of the surface, and adds the light of lamps that rough ones reflect.
@@ -320,12 +226,11 @@ class BlockTracer {
     const Scene& scene = tracer_.scene();
     const float u_lobe = sampler.next1();
     const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSharp);
-    const Vec2 u_light = sampler.next2();
-    const Vec2 u{sampler.next1(), u_light.y};
+    const Vec2 pair = sampler.next2();
+    const float u = sampler.next1();
     if (takes_light_samples(vertex.bsdf)) {
-      const LightSample sample = sample_light(scene, vertex.point.position, u_light.x, u);
-      const UnoccludedLight light = reflected_light(scene, sample, vertex, kSharp, 1, 1,
-                                                    [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kSharp); });
+      const LightSample sample = sample_light(scene, vertex, pair, u);
+      const UnoccludedLight light = reflected_light(scene, sample, vertex, kSharp, kSharp);
       if (!is_black(light.radiance))
         radiance_.add(radiance_.direct, path.slot,
                       path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
@@ -359,10 +264,7 @@ class BlockTracer {
   }
 
   static bool survives(CameraPath& path, float weight, float least, int bounce) {
-    const float probability = roulette(weight, least, bounce + 1, [&] { return path.sampler.next1(); });
-    if (!(probability > 0)) return false;
-    path.throughput *= 1 / probability;
-    return true;
+    return survive(path, weight, least, bounce + 1, [&] { return path.sampler.next1(); }) > 0;
   }
 
   const Tracer& tracer_;
@@ -374,14 +276,11 @@ class BlockTracer {
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
   BlockMemory& memory_;
-  std::vector<Ray>& rays_;
+  CameraRays& camera_rays_;
   std::vector<Hit>& hits_;
-  std::vector<std::uint32_t>&slot_, &pixel_;
   std::vector<CameraPath>& paths_;
-  GatherPoints& points_;
-  QueryPoints& queries_;
+  CameraSequence sequence_;
   std::uint64_t rays_traced_ = 0;
-  int surface_sample_ = -1;  ///< number of the surface sample; negative: a camera sample that makes gather points
 };
 
 /// Outputs of a pass other than its points.

@@ -127,14 +127,9 @@ class ChunkGatherer {
   /// If ray i ends on a surface that only reflects diffusely, as most do, makes it a query point and returns true.
   bool ends_on_diffuse(std::size_t i) {
     const Hit& hit = rays_.hits[i];
-    const Vec3 wo = -rays_.rays[i].direction;
     DiffusePoint point;
-    if (scene_.diffuse_triangle(hit.triangle).kind & DiffuseTriangle::kEmits ||
-        !diffuse_point(scene_, hit.triangle, hit.barycentric, point) || is_short(i, hit, point.position))
-      return false;
-    if (!is_black(point.reflectance))
-      queries_.push_back(point.position, face_forward(point.geometric_normal, wo), point.reflectance, rays_.weight[i],
-                         points_.slot[rays_.point[i]]);
+    if (!diffuse_vertex(scene_, hit, point) || is_short(i, hit, point.position)) return false;
+    add_query(queries_, point, -rays_.rays[i].direction, rays_.weight[i], points_.slot[rays_.point[i]]);
     return true;
   }
 
@@ -256,9 +251,8 @@ class ChunkGatherer {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler = sampler_of(i, kGatherAgainStream + segments_);
     const Vec2 u_light = sampler.next2();
-    const LightSample sample = sample_light(scene_, vertex.point.position, u_light.x, {sampler.next1(), u_light.y});
-    const UnoccludedLight light = reflected_light(scene_, sample, vertex, kBroad, 1, 1,
-                                                  [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, kBroad); });
+    const LightSample sample = sample_light(scene_, vertex, u_light, sampler.next1());
+    const UnoccludedLight light = reflected_light(scene_, sample, vertex, kBroad, kBroad);
     if (!settings_.photons_alone && !is_black(light.radiance)) {
       ++shadow_rays;
       radiance_.add(radiance_.indirect, points_.slot[p],
@@ -308,10 +302,9 @@ class ChunkGatherer {
     float& chain = rays_.chain[i];
     chain = bounces == 1 ? kept : kept * chain;
     const float probability =
-        roulette(chain, kLeastOfChains, static_cast<int>(bounces), [&] { return sampler.next1(); });
+        survive(path, chain, kLeastOfChains, static_cast<int>(bounces), [&] { return sampler.next1(); });
     if (!(probability > 0)) return false;
     chain /= probability;
-    path.throughput *= 1 / probability;
     return true;
   }
 
@@ -374,29 +367,6 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
     statistics.add(Counter::occlusion_rays, gatherer.shadow_rays);
     queue.put(chunk, std::move(memory));
   });
-}
-
-void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target) {
-  const Bsdf& bsdf = vertex.bsdf;
-  const Vec3 position = vertex.point.position, normal = vertex.normal();
-  if (bsdf.kind != BsdfKind::lambertian) {
-    const Frame& frame = vertex.point.frame;
-    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo)};
-    queries.push_back(position, normal, query, weight, target);
-    if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0)
-      queries.push_back(position, -normal, query, weight, target);
-    return;
-  }
-  if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);
-  if (!is_black(bsdf.transmission)) queries.push_back(position, -normal, bsdf.transmission, weight, target);
-}
-
-QueryPoints gather_points_as_queries(const GatherPoints& points) {
-  QueryPoints queries;
-  queries.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    add_query(queries, vertex_of(points, i), points.throughput[i], points.slot[i]);
-  return queries;
 }
 
 void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics) {

@@ -49,13 +49,6 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
                   const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
                   Statistics& statistics);
 
-/// Appends a surface point as query points: one; two if it transmits light diffusely; none if it is black.
-/// @param target QueryPoints::gather_point
-void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target);
-
-/// The gather points as query points for the caustic map, weighted by the throughput.
-QueryPoints gather_points_as_queries(const GatherPoints& points);
-
 /// Completion: adds weight * queried to `target` at each query point's slot, in the order of the query points ([HHS05]
 /// section 4: sequentially, because scattered writes miss the cache).
 void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics);

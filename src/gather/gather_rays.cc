@@ -287,7 +287,7 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
   const ScatteredRay s =
       surface.sample(points.wo[i], gather_ray_number(points, i, cell, seed_, kLobeStream), in_cell, kBroad);
   if (!s.valid || is_black(s.weight)) return;
-  const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction);
+  const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction, 0);
   out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
 }
 
@@ -317,7 +317,7 @@ void GatherRayMaker::add_guided(std::size_t place, std::uint32_t cell, GatherRay
   if (!is_finite(weight) || is_black(weight)) return;
   const float behind = std::min(dot(w, side), 0.0f);
   const Vec3 direction = w - side * (2 * behind);
-  out.push_back(leave_surface(points.position[i], side, points.offset[i], direction),
+  out.push_back(leave_surface(points.position[i], side, points.offset[i], direction, 0),
                 points.throughput[i] * weight * (1.0f / static_cast<float>(rays_each_)),
                 surface.pdf(points.wo[i], direction, kBroad), i, cell);
 }
@@ -335,17 +335,6 @@ float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint
                         std::uint32_t what) {
   const std::uint32_t key = hash_combine(hash_combine(seed ^ what, points.sequence[point]), stratum);
   return to_unit_float(hash_combine(key, points.sample[point]));
-}
-
-Vertex vertex_of(const GatherPoints& points, std::size_t i) {
-  Vertex out;
-  out.point.position = points.position[i];
-  out.point.geometric_normal = points.normal[i];
-  out.point.offset = points.offset[i];
-  out.point.frame = points.frame[i];
-  out.wo = points.wo[i];
-  out.bsdf = points.bsdf[i];
-  return out;
 }
 
 }  // namespace glowworm

@@ -139,7 +139,4 @@ Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t r
 float gather_ray_number(const GatherPoints& points, std::size_t point, std::uint32_t stratum, std::uint32_t seed,
                         std::uint32_t what);
 
-/// A gather point as the vertex of a path, of no triangle.
-Vertex vertex_of(const GatherPoints& points, std::size_t i);
-
 }  // namespace glowworm

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "gather/cell_place.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 
@@ -87,16 +88,8 @@ void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, Sl
     SurfacePoint point = white_point(scene, grid, cell);
     point.position = place_in_cell(grid, cell, sample);
     mark_point(grid, cell, first_hit, slot);
-    points.slot.push_back(static_cast<std::uint32_t>(slot));
-    points.sequence.push_back(grid.sequence(cell, sample));
-    points.sample.push_back(grid.place_in_sequence(sample));
-    points.position.push_back(point.position);
-    points.normal.push_back(point.geometric_normal);
-    points.offset.push_back(point.offset);
-    points.frame.push_back(point.frame);
-    points.wo.push_back(point.geometric_normal);
-    points.bsdf.push_back(white_bsdf());
-    points.throughput.push_back(RGB(kPi));
+    add_gather_point(points, {point, point.geometric_normal, white_bsdf()}, RGB(kPi), static_cast<std::uint32_t>(slot),
+                     grid.sequence(cell, sample), grid.place_in_sequence(sample));
   };
   for (const CameraTask& task : tasks)
     for (std::uint32_t s = 0; s < task.sample_count; ++s)

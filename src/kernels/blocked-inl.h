@@ -252,20 +252,7 @@ class Group {
       GLOWWORM_KEEP_IN_MEMORY(position_);
       const float* p = photons + list[i];
       TileVector t[kTileVectors];
-      {
-        const TileVector x = hn::Set(d, p[0]);
-        for (std::size_t v = 0; v < kTileVectors; ++v) {
-          const TileVector away = hn::Sub(x, hn::Load(d, position_[0] + v * kTileLanes));
-          t[v] = hn::Mul(away, away);
-        }
-      }
-      for (std::size_t axis = 1; axis < 3; ++axis) {
-        const TileVector x = hn::Set(d, p[axis * kBlockWidth]);
-        for (std::size_t v = 0; v < kTileVectors; ++v) {
-          const TileVector away = hn::Sub(x, hn::Load(d, position_[axis] + v * kTileLanes));
-          t[v] = hn::MulAdd(away, away, t[v]);
-        }
-      }
+      square_distances(p, t);
       const TileVector scale = hn::Set(d, p[3 * kBlockWidth]);
       for (std::size_t v = 0; v < kTileVectors; ++v) {
         t[v] = hn::Mul(t[v], scale);
@@ -305,6 +292,17 @@ class Group {
   }
 
  private:
+  /// Squares of the distances from the group's points to a photon.
+  HWY_INLINE void square_distances(const float* photon, TileVector* out) const {
+    const TileTag d;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const TileVector x = hn::Set(d, photon[axis * kBlockWidth]);
+      for (std::size_t v = 0; v < kTileVectors; ++v) {
+        const TileVector away = hn::Sub(x, hn::Load(d, position_[axis] + v * kTileLanes));
+        out[v] = axis == 0 ? hn::Mul(away, away) : hn::MulAdd(away, away, out[v]);
+      }
+    }
+  }
   static HWY_INLINE void add_color(float flux, const TileVector* weight, TileVector* sum) {
     const TileVector f = hn::Set(TileTag(), flux);
     for (std::size_t v = 0; v < kTileVectors; ++v) sum[v] = hn::MulAdd(weight[v], f, sum[v]);

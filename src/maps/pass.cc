@@ -8,6 +8,7 @@
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
 #include "maps/memory.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 

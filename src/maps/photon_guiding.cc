@@ -10,6 +10,7 @@
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
 #include "photon/material_lobes.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 

@@ -1,4 +1,4 @@
-// Emission of photons in blocks. Used by photon_chunk.cc and benchmarks.
+// Emission of photons in blocks. Used by chunk_tracer.cc and benchmarks.
 #pragma once
 #include <cstdint>
 

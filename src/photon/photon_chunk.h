@@ -1,13 +1,10 @@
-// Light paths of a photon pass, one chunk at a time. Used by photon_tracer.cc only.
+// The photons of a chunk of light paths.
 #pragma once
 #include <cstdint>
-#include <memory>
-#include <mutex>
 #include <vector>
 
 #include "core/bytes.h"
 #include "core/large_array.h"
-#include "photon/diffuse_hits.h"
 #include "photon/photon_tracer.h"
 
 namespace glowworm {
@@ -39,38 +36,6 @@ struct PhotonChunk {
 
  private:
   bool is_possible(const Scene& scene) const;
-};
-
-/// Data that all chunks of a pass share.
-struct PhotonChunkSettings {
-  const Tracer* tracer = nullptr;
-  const PhotonPassSettings* pass = nullptr;
-  bool pilot = false;  ///< keep emission numbers and the paths of photons
-};
-
-/// Importance of a photon to the image: as part of the global map, unless the pass has none, and, if it is a caustic
-/// photon, of the caustic map. 1 without a demand.
-float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic);
-
-/// Traces chunks of paths. Several threads may call it at once.
-class ChunkTracers {
- public:
-  /// The objects that `settings` points to must outlive this one.
-  explicit ChunkTracers(const PhotonChunkSettings& settings);
-  ~ChunkTracers();
-  ChunkTracers(const ChunkTracers&) = delete;
-  ChunkTracers& operator=(const ChunkTracers&) = delete;
-
-  /// Traces paths [first, first + count) of a pass on the calling thread, count <= kPathsPerChunk. Replaces the
-  /// contents of the chunk and reuses its memory.
-  void trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk);
-
- private:
-  class ChunkTracer;
-
-  const PhotonChunkSettings settings_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays are reused by the next chunk
 };
 
 }  // namespace glowworm

@@ -12,8 +12,8 @@
 #include "core/bytes_error.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
+#include "photon/chunk_tracer.h"
 #include "photon/material_lobes.h"
-#include "photon/photon_chunk.h"
 
 namespace glowworm {
 

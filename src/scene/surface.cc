@@ -144,6 +144,15 @@ void set_rare_layers(const std::vector<TextureNode>& textures, const Material& m
   }
 }
 
+/// Puts a clear coat over the whole surface. @param alpha its roughness
+void set_coat(const Material& m, float alpha, Bsdf& out) {
+  out.coat = 1;
+  out.coat_eta = m.ior;
+  out.coat_alpha = alpha;
+  out.coat_thickness = m.coat_thickness;
+  out.coat_bounces = m.coat_bounces;
+}
+
 /// Evaluates the inputs of the material; `m` is not a mix.
 Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const TexturePoint& at) {
   Bsdf out;
@@ -164,12 +173,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
       out.eta = m.eta;
       out.k = m.k;
       out.specular = reflectance;
-      if (m.kind == MaterialKind::conductor) break;
-      out.coat = 1;
-      out.coat_eta = m.ior;
-      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
-      out.coat_thickness = m.coat_thickness;
-      out.coat_bounces = m.coat_bounces;
+      if (m.kind == MaterialKind::coated_conductor) set_coat(m, unit(evaluate(textures, m.coat_roughness, at)), out);
       break;
     case MaterialKind::dielectric:
     case MaterialKind::thin_dielectric:
@@ -183,11 +187,7 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
       out.diffuse = reflectance;
       out.specular = RGB(1.0f);
       out.eta = RGB(m.ior);
-      out.coat = 1;
-      out.coat_eta = m.ior;
-      out.coat_alpha = std::sqrt(out.alpha_x * out.alpha_y);
-      out.coat_thickness = m.coat_thickness;
-      out.coat_bounces = m.coat_bounces;
+      set_coat(m, std::sqrt(out.alpha_x * out.alpha_y), out);
       break;
     case MaterialKind::metallic_roughness:
       out.kind = BsdfKind::metallic_roughness;

@@ -17,6 +17,7 @@ struct Ray {
   float t_min = 0;
   Vec3 direction;
   float t_max = 0;
+  float time = 0;  ///< seconds after the shutter opens; scenes stand still, so no hit depends on it
 };
 
 /// The closest hit of a ray; triangle is kNone if there is none.

@@ -15,16 +15,17 @@ constexpr float kShadowError = 0x1p-20f;
 /// The ray from a point to a place on a light, both offset from their surfaces. If rounding leaves nothing between
 /// them, the ray meets nothing.
 /// @param side the geometric normal on the side of the light
-Ray shadow_ray(const SurfacePoint& point, Vec3 side, const LightSample& light) {
+Ray shadow_ray(const Vertex& vertex, Vec3 side, const LightSample& light) {
+  const SurfacePoint& point = vertex.point;
   const Vec3 from = offset_origin(point.position, side, point.offset);
-  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance};
+  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance, vertex.time};
   const float before_light = light.offset + kShadowError * light.distance;
   const Vec3 way = offset_origin(light.position, light.normal, before_light) - from;
   const float distance = length(way);
   const bool crossed = !(dot(way, side) > 0) || (!light.delta && !(dot(way, light.normal) < 0));
-  if (crossed) return {from, 0, light.direction, 0};
+  if (crossed) return {from, 0, light.direction, 0, vertex.time};
   // A point light has no side to offset to.
-  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance};
+  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance, vertex.time};
 }
 
 /// Share of a light sample that the volume between the light and the point leaves.
@@ -41,11 +42,7 @@ UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, co
                                 float weight) {
   const Vec3 side = face_forward(vertex.point.geometric_normal, light.direction);
   return {scattered * light.radiance * (weight / light.pdf) * remaining(scene, light, vertex.point),
-          shadow_ray(vertex.point, side, light), light.source};
-}
-
-UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes) {
-  return reflected_light(scene, light, vertex, lobes, 1, 0, [](Vec3) { return 0.0f; });
+          shadow_ray(vertex, side, light), light.source};
 }
 
 bool takes_light_samples(const Bsdf& bsdf) {

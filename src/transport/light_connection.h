@@ -28,6 +28,11 @@ struct UnoccludedLight {
   std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
 };
 
+/// A light sample for a vertex, by three random numbers in [0, 1).
+inline LightSample sample_light(const Scene& scene, const Vertex& vertex, Vec2 pair, float u) {
+  return sample_light(scene, vertex.point.position, pair.x, {u, pair.y});
+}
+
 /// Reflected light of a light sample, where `scattered` is f_r cos of the lobes in question.
 /// @param weight against other ways to find the same light
 UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, RGB scattered,
@@ -46,8 +51,12 @@ UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, co
   const float weight = light.delta ? 1 : balance_heuristic(lights, light.pdf, directions, density(light.direction));
   return reflected_light(scene, light, vertex, scattered, weight);
 }
-/// The same, where no direction brings this light.
-UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes);
+/// The same beside one direction, sampled from the lobes `sampled`.
+inline UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes,
+                                       Lobes sampled) {
+  return reflected_light(scene, light, vertex, lobes, 1, 1,
+                         [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, sampled); });
+}
 
 /// Whether light samples may reach some of the viewer. None do from a perfectly smooth surface, so that choosing a
 /// light for it is wasted. Mixtures of smooth lobes with others count as reached.

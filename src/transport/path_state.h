@@ -11,7 +11,8 @@ struct Medium {
   RGB absorption{0.0f};  ///< coefficient, m^-1, at the start of the ray; the surface it meets may know more
 };
 
-/// A path on its way from one surface to the next: of a camera, a gather ray, a photon, or the path tracer.
+/// A path on its way from one surface to the next: of a camera, a gather ray, a photon, or the path tracer. Its ray
+/// holds its time.
 struct PathState {
   Ray ray;
   RGB throughput{1.0f};  ///< factor on the radiance along the ray; the flux of a photon, W

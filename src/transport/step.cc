@@ -6,15 +6,6 @@
 
 namespace glowworm {
 
-float broad_probability(const Vertex& vertex) {
-  if (!vertex.has(kBroad)) return 0;
-  if (!vertex.has(kSharp)) return 1;
-  const ShadedSurface surface = vertex.surface();
-  const float broad = luminance(surface.albedo(vertex.wo, kBroad)),
-              sharp = luminance(surface.albedo(vertex.wo, kSharp));
-  return broad + sharp > 0 ? broad / (broad + sharp) : 1;
-}
-
 bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight) {
   path.throughput *= weight;
   if (!sampled.valid || is_black(path.throughput)) return false;
@@ -24,12 +15,12 @@ bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const Scat
     path.scattered_at = point.position;
   }
   if (point.triangle != kNone) path.medium.absorption = absorption(scene, point.triangle, sampled.direction);
-  path.ray = leave_surface(point.position, sampled.side, point.offset, sampled.direction);
+  path.ray = leave_surface(point.position, sampled.side, point.offset, sampled.direction, vertex.time);
   return true;
 }
 
-Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction) {
-  return {offset_origin(position, side, offset), 0, direction, std::numeric_limits<float>::infinity()};
+Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction, float time) {
+  return {offset_origin(position, side, offset), 0, direction, std::numeric_limits<float>::infinity(), time};
 }
 
 }  // namespace glowworm

@@ -5,44 +5,15 @@
 #include <cstdint>
 
 #include "scene/light_sampling.h"
-#include "scene/surface.h"
 #include "transport/path_state.h"
 #include "transport/roulette.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 
-/// A surface where a path scatters.
-struct Vertex {
-  SurfacePoint point;
-  Vec3 wo;  ///< unit, back along the path
-  Bsdf bsdf;
-
-  /// The BSDF in world space. The vertex must outlive it.
-  ShadedSurface surface() const { return shaded(point, bsdf); }
-  /// The geometric normal on the side of wo.
-  Vec3 normal() const { return face_forward(point.geometric_normal, wo); }
-  bool has(Lobes which) const { return (lobes(bsdf) & which) != 0; }
-};
-
-/// A vertex at a hit, without its material.
-inline Vertex vertex_at(const Scene& scene, const Hit& hit, Vec3 wo) {
-  return {surface_point(scene, hit.triangle, hit.barycentric), wo, {}};
-}
-
-/// Resolves the material of a vertex. Where it disperses, chooses a wavelength.
-/// @param number gives a random number in [0, 1); called only then
-template <typename Number>
-void resolve_material(const Scene& scene, Vertex& vertex, RGB& throughput, Number&& number) {
-  vertex.bsdf = resolve_bsdf(scene, vertex.point);
-  if (vertex.bsdf.dispersion > 0) throughput *= choose_wavelength(vertex.bsdf, throughput, number());
-}
-
-/// The probability with which a path takes the broad lobes of a vertex and not the sharp ones: by their albedos.
-float broad_probability(const Vertex& vertex);
-
 /// A ray that leaves a surface. @param side the geometric normal on the side where the ray leaves
 /// @param offset distance along `side` at which the ray starts (offset_origin()), metres
-Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction);
+Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction, float time);
 
 /// Sends a path on from a vertex in a sampled direction. Returns false if it carries nothing there.
 /// @param weight factor on the throughput
@@ -56,6 +27,14 @@ float roulette(float weight, float least, int bounces, Number&& number) {
   const float probability = survival(weight, least, bounces);
   if (probability >= 1) return 1;
   return probability > 0 && number() < probability ? probability : 0;
+}
+
+/// Plays roulette() for a path, and divides the throughput of one that survives by the probability. Returns that, or 0.
+template <typename Number>
+float survive(PathState& path, float weight, float least, int bounces, Number&& number) {
+  const float probability = roulette(weight, least, bounces, number);
+  if (probability > 0) path.throughput *= 1 / probability;
+  return probability;
 }
 
 /// Share of the light that the medium between a ray's start and its hit leaves.
@@ -82,7 +61,7 @@ bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) 
                        [&](Vec3 from) { return environment_pdf(scene, from, direction); });
     return false;
   }
-  Vertex vertex = vertex_at(scene, hit, -direction);
+  Vertex vertex = vertex_at(scene, path.ray, hit);
   if (scene.geometry().emission[hit.triangle] != kNone && policy.finds_light()) {
     const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
     if (!is_black(emitted))

@@ -11,6 +11,7 @@
 #include "gather/final_gather.h"
 #include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 namespace {

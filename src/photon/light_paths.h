@@ -1,0 +1,52 @@
+// Light paths under way, in structure-of-arrays form.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/diffuse_scatter.h"
+#include "photon/photon_chunk.h"
+#include "photon/photon_tracer.h"
+#include "transport/path_state.h"
+
+namespace glowworm {
+
+/// What the bounces of a path were, and whether it comes from a light without size: its bits. Passing straight through
+/// a pane is not a bounce.
+inline constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp, kRoughFirst = 4,
+                              kFromDelta = 8;
+/// The bits of a path after a bounce with the bits `bounce`.
+inline std::uint8_t with_bounce(std::uint8_t path, std::uint8_t bounce) {
+  const std::uint8_t first = path & kAnySharp ? path : bounce;
+  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & kAnySharp) |
+                                   (first & kRoughFirst) | (path & kFromDelta));
+}
+/// Whether a path may still leave photons of a choice.
+inline bool may_leave(PhotonChoice choice, std::uint8_t path) {
+  if (choice == PhotonChoice::all) return true;
+  const bool of_any_light = choice == PhotonChoice::caustic || (path & kFromDelta);
+  return (path & kNoneBroad) && of_any_light && !(choice == PhotonChoice::unseen_by_paths && (path & kRoughFirst));
+}
+/// Whether it leaves one now.
+inline bool leaves(PhotonChoice choice, std::uint8_t path) {
+  return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySharp));
+}
+
+/// Light paths; finished paths are compacted away after every bounce. The arrays have the
+/// length of the chunk plus the padding of kernels; the first `count` elements are valid.
+struct LightPaths {
+  LightPaths() {
+    for (auto& channel : flux) channel.resize(kPathsPerChunk + kDiffuseScatterPadding);
+  }
+
+  std::size_t count = 0;
+  std::vector<Ray> rays = std::vector<Ray>(kPathsPerChunk);
+  std::vector<Hit> hits = std::vector<Hit>(kPathsPerChunk);
+  std::array<std::vector<float>, 3> flux;                                          // W
+  std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
+  std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
+  std::vector<Medium> medium = std::vector<Medium>(kPathsPerChunk);               // that the last bounce led into
+  std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
+};
+
+}  // namespace glowworm

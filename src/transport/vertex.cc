@@ -1,0 +1,62 @@
+#include "transport/vertex.h"
+
+namespace glowworm {
+
+float broad_probability(const Vertex& vertex) {
+  if (!vertex.has(kBroad)) return 0;
+  if (!vertex.has(kSharp)) return 1;
+  const ShadedSurface surface = vertex.surface();
+  const float broad = luminance(surface.albedo(vertex.wo, kBroad)),
+              sharp = luminance(surface.albedo(vertex.wo, kSharp));
+  return broad + sharp > 0 ? broad / (broad + sharp) : 1;
+}
+
+void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target) {
+  const Bsdf& bsdf = vertex.bsdf;
+  const Vec3 position = vertex.point.position, normal = vertex.normal();
+  if (bsdf.kind != BsdfKind::lambertian) {
+    const Frame& frame = vertex.point.frame;
+    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo)};
+    queries.push_back(position, normal, query, weight, target);
+    if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0)
+      queries.push_back(position, -normal, query, weight, target);
+    return;
+  }
+  if (!is_black(bsdf.diffuse)) queries.push_back(position, normal, bsdf.diffuse, weight, target);
+  if (!is_black(bsdf.transmission)) queries.push_back(position, -normal, bsdf.transmission, weight, target);
+}
+
+void add_gather_point(GatherPoints& points, const Vertex& vertex, RGB throughput, std::uint32_t slot,
+                      std::uint32_t sequence, std::uint32_t sample) {
+  points.slot.push_back(slot);
+  points.sequence.push_back(sequence);
+  points.sample.push_back(sample);
+  points.position.push_back(vertex.point.position);
+  points.normal.push_back(vertex.normal());
+  points.offset.push_back(vertex.point.offset);
+  points.frame.push_back(vertex.point.frame);
+  points.wo.push_back(vertex.wo);
+  points.bsdf.push_back(vertex.bsdf);
+  points.throughput.push_back(throughput);
+}
+
+Vertex vertex_of(const GatherPoints& points, std::size_t i) {
+  Vertex out;
+  out.point.position = points.position[i];
+  out.point.geometric_normal = points.normal[i];
+  out.point.offset = points.offset[i];
+  out.point.frame = points.frame[i];
+  out.wo = points.wo[i];
+  out.bsdf = points.bsdf[i];
+  return out;
+}
+
+QueryPoints gather_points_as_queries(const GatherPoints& points) {
+  QueryPoints queries;
+  queries.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    add_query(queries, vertex_of(points, i), points.throughput[i], points.slot[i]);
+  return queries;
+}
+
+}  // namespace glowworm
