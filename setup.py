@@ -10,8 +10,8 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parent
-# What the module loads or starts, beside it.
-COMPANIONS = ["bin/libglowworm_openimageio.so", "bin/glowworm-assimp"]
+# What the module starts, beside it.
+COMPANIONS = ["bin/glowworm-reader", "bin/glowworm-assimp"]
 
 
 class CMakeBuild(build_ext):
@@ -23,7 +23,7 @@ class CMakeBuild(build_ext):
         if not (build / "build.ninja").exists():
             configure += ["-DCMAKE_BUILD_TYPE=Release", "-DGLOWWORM_BUILD_TESTS=OFF", "-DGLOWWORM_BUILD_BENCHMARKS=OFF"]
         subprocess.run(configure, check=True)
-        targets = ["glowworm_python", "glowworm_openimageio", "glowworm_assimp"]
+        targets = ["glowworm_python", "glowworm_reader", "glowworm_assimp"]
         subprocess.run(["cmake", "--build", build, "--target", *targets], check=True)
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
         target.parent.mkdir(parents=True, exist_ok=True)

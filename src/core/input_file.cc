@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 namespace glowworm {
@@ -22,20 +23,6 @@ void check_kind(const struct stat& status, const std::string& path) {
   if (!S_ISREG(status.st_mode))
     throw Error({path}, "is not a regular file", "Pipes and devices cannot be read: give the name of a file.");
 }
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
 
 thread_local InputRecord* innermost = nullptr;
 

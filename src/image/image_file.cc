@@ -15,7 +15,6 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "image/exr_check.h"
 #include "image/hdr_reader.h"
 #include "image/image_format.h"
 #include "image/image_reader.h"
@@ -111,8 +110,6 @@ const ImageFormat& format_of(const std::string& path) {
     if (format->name == std::string_view("TGA") && !has_whole_palette(begin))
       throw Error({path}, "is a TGA file whose palette has fewer colours than its pixels may name",
                   "Save it without a palette, or as PNG.");
-    const auto [width, height] = claimed_size(begin, *format);
-    check_expansion(path, format->pixels_per_byte, width, height);
     return *format;
   }
   const std::string other = unread_format(begin);
@@ -122,21 +119,17 @@ const ImageFormat& format_of(const std::string& path) {
               fmt::format("Convert it: {} are read.", image_format_names()));
 }
 
-Input open_input(const std::string& path, bool pixels) {
+Input open_input(const std::string& path) {
   check_input_file(path);
   Input input{&format_of(path), nullptr, {}};
-  const bool exr = input.format->name == std::string_view("EXR");
-  if (exr) check_exr_header(path);
   std::string failure;
-  input.reader =
-      input.format->plugin ? open_image_reader(path, input.format->plugin, failure) : open_hdr(path, failure);
+  input.reader = input.format->plugin ? open_image_reader(path, *input.format, failure) : open_hdr(path, failure);
   if (!input.reader) {
     throw Error({path}, fmt::format("cannot be read as {} ({})", input.format->name, first_line(failure)),
                 fmt::format("Use a whole file of one of these formats: {}.", image_format_names()));
   }
   input.header = input.reader->header();
   check_header(path, *input.format, input.header, input.reader->depth());
-  if (exr && pixels) check_exr_blocks(path);
   ImageFileHeader& header = input.header;
   const int tile = input.reader->tile_height();
   const int band = kBandRows * std::max(1, static_cast<int>(kBandBytes / header.bytes_of_rows(kBandRows)));
@@ -162,11 +155,11 @@ void check_report(const std::string& path, const Input& input, bool complete) {
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-ImageFileHeader read_image_header(const std::string& path) { return open_input(path, false).header; }
+ImageFileHeader read_image_header(const std::string& path) { return open_input(path).header; }
 
 ImageFileHeader scan_image_file(const std::string& path, bool convert_to_single,
                                 const std::function<void(const ImageFileHeader&, std::vector<std::byte>)>& band) {
-  const Input input = open_input(path, true);
+  const Input input = open_input(path);
   ImageFileHeader header = input.header;
   if (convert_to_single) header.type = SampleType::single;
   if (header.other_primaries)

@@ -11,8 +11,8 @@
 
 namespace glowworm {
 
-/// Thrown if no image file can be read because a library of the program is missing.
-class MissingLibrary : public Error {
+/// Thrown if no image file can be read because glowworm-reader or one of its libraries is missing.
+class MissingReader : public Error {
  public:
   using Error::Error;
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <utility>
 
 #include "core/text.h"
@@ -111,21 +110,6 @@ double tiff_pixels_per_byte(std::string_view compression) {
     if (name == compression) return pixels;
   }
   return 0;
-}
-
-std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format) {
-  const auto number = [&](std::size_t at, int count) {
-    std::uint32_t value = 0;
-    for (int i = count - 1; i >= 0; --i) value = value << 8 | bytes[at + static_cast<std::size_t>(i)];
-    return value;
-  };
-  // Heights of BMP are negative if the first row is the upper one.
-  const auto length = [&](std::size_t at) { return std::abs(std::int64_t{static_cast<std::int32_t>(number(at, 4))}); };
-  const std::string_view name = format.name;
-  if (name != "BMP" || bytes.size() < 26) return {0, 0};
-  constexpr std::uint32_t kShortHeader = 12;
-  if (number(14, 4) == kShortHeader) return {number(18, 2), number(20, 2)};
-  return {length(18), length(22)};
 }
 
 std::string unread_format(std::span<const std::uint8_t> bytes) {

@@ -1,6 +1,5 @@
 // Supported picture formats. OpenImageIO supports more, but their readers crash on damaged files.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -29,10 +28,6 @@ double tiff_pixels_per_byte(std::string_view compression);
 
 /// Whether a TGA file that begins with these bytes has no palette, or a colour for every index.
 bool has_whole_palette(std::span<const std::uint8_t> bytes);
-
-/// Width and height that a BMP file that begins with these bytes says it has: OpenImageIO allocates such pictures
-/// before it has read any of them. 0 x 0 for other formats, and if the bytes end before.
-std::array<std::int64_t, 2> claimed_size(std::span<const std::uint8_t> bytes, const ImageFormat& format);
 
 /// The name of an unsupported format ("a DDS"), by the first bytes of the file; empty if unknown.
 std::string unread_format(std::span<const std::uint8_t> bytes);

@@ -1,14 +1,15 @@
-// Access to OpenImageIO and giflib through a module that is loaded when the first file is read. OpenImageIO has some
-// 250 dependencies, and loading them takes longer than a small render.
+// Access to OpenImageIO and giflib through the program glowworm-reader. They crash on damaged files, and OpenImageIO
+// has some 250 dependencies, which take longer to load than a small render.
 #pragma once
 #include <memory>
 #include <string>
 
 #include "image/image_file.h"
+#include "image/image_format.h"
 
 namespace glowworm {
 
-/// An open image file. Errors are results, not exceptions: the library contains no code of other rooms.
+/// An open image file.
 class ImageReader {
  public:
   virtual ~ImageReader() = default;
@@ -32,12 +33,13 @@ class ImageReader {
   bool unpacks_whole_ = false;
 };
 
-/// Opens a file by the reader of one format (ImageFormat::plugin). If it cannot be read as an image, returns null and
-/// sets `failure` to the reason. Throws MissingLibrary if the module cannot be loaded.
-std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const char* plugin, std::string& failure);
-
-/// The module's function that opens files, by its exported name. The caller deletes the result.
-using OpenImageFunction = ImageReader*(const char* path, const char* plugin, std::string& failure);
-inline constexpr const char* kOpenImageFunction = "glowworm_open_image";
+/// Opens a file in a process of the program glowworm-reader. Each process serves one open file at a time, and many one
+/// after the other; there are as many as files were open at once. Any thread may call this. If the file cannot be read
+/// as an image, returns null and sets `failure` to the reason. This and the result's read_rows() throw Error if the
+/// process crashes or reaches a limit, and Cancelled as check_cancelled() does; this throws MissingReader if the
+/// program cannot be started.
+/// @param format of a plugin, ImageFormat::plugin
+std::unique_ptr<ImageReader> open_image_reader(const std::string& path, const ImageFormat& format,
+                                               std::string& failure);
 
 }  // namespace glowworm

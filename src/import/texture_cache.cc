@@ -86,7 +86,7 @@ auto as_a_file(std::span<const std::uint8_t> bytes, MemoryBudget& budget, const 
     return read(file.path());
   } catch (const MemoryError&) {
     throw;
-  } catch (const MissingLibrary&) {
+  } catch (const MissingReader&) {
     throw;
   } catch (const Error& error) {
     throw Error(problem_of(file.path(), error.what()));
@@ -205,7 +205,7 @@ std::shared_ptr<const TextureImage> TextureCache::or_stand_in(const std::string&
     return read();
   } catch (const MemoryError&) {
     throw;
-  } catch (const MissingLibrary&) {
+  } catch (const MissingReader&) {
     throw;
   } catch (const Cancelled&) {
     throw;

@@ -15,7 +15,7 @@
 namespace glowworm {
 
 /// Decodes the textures of one import. A texture that cannot be read becomes its stand-in, with a note. Throws
-/// MemoryError if the budget is exceeded, and MissingLibrary if the program cannot read images at all.
+/// MemoryError if the budget is exceeded, and MissingReader if the program cannot read images at all.
 class TextureCache {
  public:
   /// @param options the budget, of which textures may use a part, and whether textures are read lazily

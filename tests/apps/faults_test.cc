@@ -178,19 +178,6 @@ TEST_F(SlowFaultsTest, RefusedMemoryIsAnError) {
   }
 }
 
-/// OpenImageIO leaves locks held where memory is refused while it makes its table of formats, which is shortly before
-/// the end.
-TEST_F(SlowFaultsTest, RefusedMemoryOfImagesIsAnError) {
-  ASSERT_EQ(render("builtin:cornell", {"-o", "x.exr", "-o", "x.png", "-q"}).status, 0);
-  const std::vector<std::string> arguments = {"info", textured_triangle()};
-  const unsigned long allocations = counts_of(arguments).allocations;
-  ASSERT_GT(allocations, 2000u);
-  for (unsigned long n = allocations - 1300; n < allocations - 600; n += 14) {
-    SCOPED_TRACE("allocation " + std::to_string(n));
-    expect_error(run_refused(arguments, {{"REFUSE_MEMORY", std::to_string(n)}}));
-  }
-}
-
 TEST_F(SlowFaultsTest, NameLookupsTimeOut) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<std::string> arguments = tiny_render({"--tev", "picture.example:14158"});
@@ -205,19 +192,6 @@ TEST_F(SlowFaultsTest, EmbreeWithoutMemoryIsAnError) {
   const Outcome outcome = run_refused(tiny_render({}), {{"REFUSE_EMBREE", "1"}});
   EXPECT_TRUE(refused(outcome, {"Embree", "out of memory"}));
   EXPECT_THAT(outcome.err, Not(HasSubstr("SSE2")));
-}
-
-TEST_F(SlowFaultsTest, AMissingImageModuleIsAnError) {
-  ASSERT_EQ(run(tiny_render({})).status, 0);
-  const std::string scene = write("a.pbrt",
-                                  "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\" "
-                                  "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
-  const Outcome outcome =
-      run_refused({"render", scene, "-o", "c.exr"}, {{"REFUSE_LIBRARY", "libglowworm_openimageio.so"}});
-  EXPECT_TRUE(refused(outcome, {"libglowworm_openimageio.so"}));
-  EXPECT_FALSE(fs::exists(folder_ / "c.exr"));
-  EXPECT_TRUE(refused(run_refused({"info", scene}, {{"REFUSE_LIBRARY", "libglowworm_openimageio.so"}}),
-                      {"libglowworm_openimageio.so"}));
 }
 
 }  // namespace

@@ -26,18 +26,21 @@ class SecurityTest : public ProgramTest {
   }
 };
 
-TEST_F(SecurityTest, TheReaderOfSceneFilesIsNotTakenFromTheWorkingFolder) {
+TEST_F(SecurityTest, TheProgramsThatReadFilesAreNotTakenFromTheWorkingFolder) {
+  write_scenes();
   fs::create_directory(path("bin"));
   fs::copy_file(GLOWWORM_PROGRAM, path("bin/glowworm"));
   write("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
-  write("glowworm-assimp", "#!/bin/sh\ntouch \"$(dirname \"$2\")/ran\" ran\n");
-  fs::permissions(path("glowworm-assimp"), fs::perms::owner_all);
-  // A shell that finds a program by PATH passes on its bare name.
-  const std::string command =
-      "cd '" + folder_.string() + "' && bash -c 'exec -a glowworm bin/glowworm info a.off' " + "> out 2> err";
-  EXPECT_NE(std::system(command.c_str()), 0);
-  EXPECT_FALSE(fs::exists(path("ran")));
-  EXPECT_THAT(read(path("err")), HasSubstr("bin/glowworm-assimp"));
+  for (const auto& [program, scene] : {std::pair("glowworm-assimp", "a.off"), std::pair("glowworm-reader", "a.obj")}) {
+    write(program, "#!/bin/sh\ntouch \"$(dirname \"$2\")/ran\" ran\n");
+    fs::permissions(path(program), fs::perms::owner_all);
+    // A shell that finds a program by PATH passes on its bare name.
+    const std::string command =
+        "cd '" + folder_.string() + "' && bash -c 'exec -a glowworm bin/glowworm info " + scene + "' " + "> out 2> err";
+    EXPECT_NE(std::system(command.c_str()), 0);
+    EXPECT_FALSE(fs::exists(path("ran")));
+    EXPECT_THAT(read(path("err")), HasSubstr(std::string("bin/") + program));
+  }
 }
 
 TEST_F(SecurityTest, ABakeCopiesNoFilesFromOutsideOfTheScenesFolder) {

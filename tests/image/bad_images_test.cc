@@ -12,6 +12,7 @@ namespace glowworm {
 namespace {
 
 using testing::AllOf;
+using testing::Each;
 using testing::HasSubstr;
 
 class BadImages : public ImageFiles {};
@@ -110,7 +111,7 @@ std::string one_bit_png(std::uint32_t side) {
 
 TEST_F(BadImages, HeadersThatClaimTooMuchOrNothingAreErrors) {
   write_bytes("huge.bmp", bmp_header(200000, 200000));
-  EXPECT_THAT(message_of([&] { read_image(path("huge.bmp")); }), HasSubstr("200000 x 200000"));
+  EXPECT_THAT(message_of([&] { read_image(path("huge.bmp")); }), HasSubstr("huge.bmp"));
   write_bytes("none.bmp", bmp_header(0, 0));
   EXPECT_THAT(message_of([&] { read_image(path("none.bmp")); }), HasSubstr("none.bmp"));
   EXPECT_THAT(message_of([] { Image(0, 0); }), HasSubstr("0 x 0"));
@@ -132,46 +133,38 @@ std::string exr_header(std::uint32_t flags, std::uint32_t claimed) {
 
 TEST_F(BadImages, AttributesThatClaimMoreThanTheFileTakeNoMemory) {
   write_exr(path("whole.exr"), make_image());
-  EXPECT_EQ(message_of([&] { read_image(path("whole.exr")); }), "");  // OpenImageIO is loaded from here on
+  EXPECT_EQ(message_of([&] { read_image(path("whole.exr")); }), "");
   constexpr std::uint32_t kClaimed = 1'750'000'000;
   const std::string part = exr_header(0x1000, 4) + std::string("abcd\0", 5);
   const std::string files[] = {exr_header(0, kClaimed) + std::string(200, 'x'),
                                exr_header(0x1000, kClaimed) + std::string(200, 'x'),
-                               part + exr_header(0, kClaimed).substr(8)};  // in the second of many parts
+                               part + exr_header(0, kClaimed).substr(8),  // in the second of many parts
+                               // A size below zero, and headers that do not end.
+                               exr_header(0, 0x80000000), exr_header(0, 0), part, exr_header(0, 0) + "unended"};
   for (const std::string& bytes : files) {
     write_bytes("forged.exr", bytes);
     restart_peak_resident();
     const std::uint64_t before = peak_resident_bytes();
     EXPECT_THAT(message_of([&] { read_image(path("forged.exr")); }),
-                AllOf(HasSubstr("forged.exr"), HasSubstr("attribute \"note\" claims 1750000000 bytes")));
+                AllOf(HasSubstr("forged.exr"), HasSubstr("cannot be read as EXR")));
     EXPECT_LT(peak_resident_bytes() - before, std::uint64_t{16} << 20);
-  }
-  // A size below zero, and headers that do not end.
-  for (const std::string& bytes : {exr_header(0, 0x80000000), exr_header(0, 0), part, exr_header(0, 0) + "unended"}) {
-    write_bytes("forged.exr", bytes);
-    EXPECT_THAT(message_of([&] { read_image(path("forged.exr")); }), HasSubstr("truncated or damaged"));
   }
 }
 
-/// OpenEXR's C++ reader returns memory of earlier use as its pixels.
-TEST_F(BadImages, AnExrOfIncompleteHeaderIsDamaged) {
+/// OpenEXR's C++ reader returns memory of earlier use as the pixels of some of these; OpenImageIO aborts or divides by
+/// zero at others.
+TEST_F(BadImages, AForgedExrIsAnErrorThatNamesIt) {
   const std::string folder = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/exr/";
-  for (const char* name : {"no_compression.exr", "untyped_compression.exr"})
-    EXPECT_THAT(message_of([&] { read_image(folder + name); }), HasSubstr("a header lacks channels, compression"));
-  // OpenImageIO aborts at the first. OpenEXR reads another attribute than is meant after the second.
-  EXPECT_THAT(message_of([&] { read_image(folder + "channel_type.exr"); }), HasSubstr("unknown type of channel 4097"));
-  EXPECT_THAT(message_of([&] { read_image(folder + "short_channels.exr"); }),
-              HasSubstr("\"channels\" of type chlist claims 54 bytes"));
-  EXPECT_THAT(message_of([&] { read_image(folder + "empty_block.exr"); }), HasSubstr("a block has no bytes"));
-  // OpenEXR allocates 2 GB for each thread for its tiles.
-  EXPECT_THAT(message_of([&] { read_image(folder + "large_tiles.exr"); }), HasSubstr("tiles of 16 x 20000630 pixels"));
+  for (const std::string name : {"no_compression.exr", "untyped_compression.exr", "channel_type.exr",
+                                 "short_channels.exr", "empty_block.exr", "large_tiles.exr"})
+    EXPECT_THAT(message_of([&] { read_image(folder + name); }), HasSubstr(name));
   for (const char* name : {"levels.exr", "parts.exr"}) EXPECT_EQ(message_of([&] { read_image(folder + name); }), "");
 }
 
-/// OpenImageIO counts the bytes of a strip in an int, which would overflow.
+/// OpenImageIO counts the bytes of a strip in an int, which overflows.
 TEST_F(BadImages, ATiffStripOfMoreThanTwoGigabytesIsRefused) {
   const std::string file = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/tiff/long_strip.tif";
-  EXPECT_THAT(message_of([&] { read_image(file); }), HasSubstr("it claims a strip of 3332288544 bytes"));
+  EXPECT_THAT(message_of([&] { read_image(file); }), HasSubstr("long_strip.tif"));
 }
 
 /// The bytes of a TIFF file of 8-bit YCbCr pixels, all zero, in one strip, which OpenImageIO unpacks at once.
@@ -209,7 +202,7 @@ TEST_F(BadImages, ATiffOfMorePixelsThanItCanHoldIsRefused) {
               HasSubstr("10264 x 63760 pixels cannot come out of a file of 861"));
   constexpr std::uint16_t kLzma = 34925;  // without a limit of expansion; 70000 x 70000 does not fit into an int
   write_bytes("at-once.tif", ycbcr_tiff(70000, 70000, kLzma, 1));
-  EXPECT_THAT(message_of([&] { read_image(path("at-once.tif")); }), HasSubstr("4900000000 pixels"));
+  EXPECT_THAT(message_of([&] { read_image(path("at-once.tif")); }), HasSubstr("70000 x 70000 pixels"));
 }
 
 /// The whole size of such a file is reserved for decoding, even if its texels are written to disk by rows.
@@ -261,7 +254,7 @@ std::string packed_zeros(const std::string& compression, std::size_t count) {
   return packed;
 }
 
-/// OpenEXR's C++ reader returns memory of earlier use as the pixels that a block lacks.
+/// OpenEXR's C++ reader would return memory of earlier use as the pixels that a block lacks.
 TEST_F(BadImages, AnExrBlockOfFewerBytesThanItsPixelsIsDamaged) {
   for (const std::string compression : {"none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"}) {
     for (const int tile : {0, 64}) {
@@ -289,16 +282,25 @@ TEST_F(BadImages, AnExrBlockOfFewerBytesThanItsPixelsIsDamaged) {
       };
       const std::string block = whole.substr(place + numbers.size() + 4);
       EXPECT_EQ(with_block(block), "") << compression << tile;
-      EXPECT_THAT(with_block(""), HasSubstr("a block has no bytes")) << compression << tile;
+      // Blocks of DWA, and those without compression, are not checked; what they lack is black.
+      const bool is_dwa = compression.starts_with("dwa");
+      const auto is_refused = [&](const std::string& bytes) {
+        const std::string message = with_block(bytes);
+        if (message.empty() && (is_dwa || compression == "none")) {
+          EXPECT_THAT(read_image(path("a.exr")).rgb(), Each(RGB())) << compression << tile << ' ' << bytes.size();
+          return;
+        }
+        EXPECT_THAT(message, HasSubstr("a.exr: truncated or damaged")) << compression << tile;
+      };
+      is_refused("");
       if (compression == "none" || compression == "rle" || compression.starts_with("zip")) {
         EXPECT_EQ(with_block(packed_zeros(compression, kBytes)), "") << compression << tile;
-        EXPECT_THAT(with_block(packed_zeros(compression, kBytes - 1)), HasSubstr("a block of 600 bytes holds 599"));
-        EXPECT_THAT(
-            with_block(packed_zeros(compression, kBytes + 1)),
-            HasSubstr(compression.starts_with("zip") ? "cannot be inflated" : "a block of 600 bytes holds 601"));
+        is_refused(packed_zeros(compression, kBytes - 1));
+        is_refused(packed_zeros(compression, kBytes + 1));
       }
+      // A missing place is found by looking at all blocks.
       whole.replace(place - 8, 8, 8, '\0');
-      EXPECT_THAT(with_block(block), HasSubstr("a block of pixels is missing"));
+      EXPECT_EQ(with_block(block), "") << compression << tile;
     }
   }
 }
@@ -327,7 +329,7 @@ TEST_F(BadImages, AGifOfMorePixelsThanItCanHoldIsRefused) {
 TEST_F(BadImages, ABmpOfMorePixelsThanItCanHoldIsRefused) {
   // A run-length encoded picture of 1.9 GB in memory.
   const std::string name = std::string(GLOWWORM_SOURCE_DIR) + "/tests/fuzz/corpus/texture/bmp/huge.bmp";
-  EXPECT_THAT(message_of([&] { read_image(name); }), HasSubstr("8388624 x 221 pixels cannot come out"));
+  EXPECT_THAT(message_of([&] { read_image(name); }), AllOf(HasSubstr("huge.bmp"), HasSubstr("needs more memory")));
 }
 
 TEST_F(BadImages, OtherFormatsAreNamedAndNotRead) {

@@ -62,13 +62,6 @@ struct ForeignScene {
   std::uint32_t animations = 0;
 };
 
-/// Exit statuses of glowworm-assimp other than 0.
-enum class ForeignExit : int {
-  refused = 1,        ///< the file cannot be read; Assimp's message replaces the scene
-  out_of_memory = 2,  ///< the memory limit was reached
-  misused = 3         ///< wrong arguments
-};
-
 /// Encodes a scene and passes its bytes to `write`, piece by piece.
 void write_foreign_scene(const ForeignScene& scene, const std::function<void(const void*, std::size_t)>& write);
 

@@ -180,18 +180,19 @@ std::uint64_t memory_limit(const MemoryBudget& budget, std::uint64_t file_bytes)
 }  // namespace
 
 SceneDescription load_assimp(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin,
-                             const AssimpLimits& limits) {
+                             const ChildLimits& limits) {
   std::error_code error;
-  ReaderProcess process;
-  process.program = options.assimp_program.empty() ? find_reader() : options.assimp_program;
+  const std::string program =
+      options.assimp_program.empty() ? find_companion("glowworm-assimp") : options.assimp_program;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   const std::uint64_t file_bytes = error ? 0 : size;
-  process.memory_bytes = limits.memory_bytes > 0 ? limits.memory_bytes : memory_limit(*options.budget, file_bytes);
   const std::uint64_t mebibytes = std::min<std::uint64_t>(file_bytes >> 20, 100000);
-  process.cpu_seconds = limits.cpu_seconds > 0 ? limits.cpu_seconds : 60 + 2 * static_cast<unsigned>(mebibytes);
-  process.clock_seconds = limits.clock_seconds > 0 ? limits.clock_seconds : 10 * process.cpu_seconds;
+  ChildLimits used = limits;
+  if (used.memory_bytes == 0) used.memory_bytes = memory_limit(*options.budget, file_bytes);
+  if (used.cpu_seconds == 0) used.cpu_seconds = 60 + 2 * static_cast<unsigned>(mebibytes);
+  if (used.clock_seconds == 0) used.clock_seconds = 10 * used.cpu_seconds;
   Reservation held(*options.budget, "scene files", 0);
-  return build_assimp_scene(run_reader(path, process, held), path, options, origin);
+  return build_assimp_scene(run_assimp(path, program, used, held), path, options, origin);
 }
 
 SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options,

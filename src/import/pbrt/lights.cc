@@ -212,7 +212,7 @@ class LightBuilder {
       return context_.load_needed_image(path, default_image_options(path), StandIn::magenta);
     } catch (const MemoryError&) {
       throw;
-    } catch (const MissingLibrary&) {
+    } catch (const MissingReader&) {
       throw;
     } catch (const Cancelled&) {
       throw;

@@ -15,7 +15,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -117,9 +116,6 @@ int __libc_start_main(int (*main_function)(int, char**, char**), int count, char
 // Looks for the program's own libraries by the run path of this one, which the build sets.
 void* dlopen(const char* name, int flags) {
   ++loading;
-  const char* missing = getenv("REFUSE_LIBRARY");
-  // One that is not there, so that dlerror() has something to say.
-  if (name && missing && strcmp(name, missing) == 0) name = "/nowhere/library.so";
   void* library = next<void*(const char*, int)>("dlopen")(name, flags);
   --loading;
   return library;

@@ -1,6 +1,6 @@
 // glowworm-assimp: reads a scene file by Assimp and writes it to a pipe. Assimp may crash on damaged or malicious
 // files, so this is a separate process with limits.
-// usage: glowworm-assimp FILE DESCRIPTOR MEMORY_BYTES CPU_SECONDS
+// usage: glowworm-assimp FILE MEMORY_BYTES CPU_SECONDS
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/commonMetaData.h>
 #include <assimp/config.h>
@@ -9,12 +9,9 @@
 #include <assimp/scene.h>
 #include <signal.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -26,52 +23,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/confine.h"
 #include "import/assimp/hand_over.h"
 #include "import/mesh_tools.h"
 
 namespace glowworm {
 namespace {
-
-constexpr rlim_t kStackBytes = rlim_t{16} << 20, kOpenFiles = 64;
-
-int descriptor = -1;
-
-[[noreturn]] void end(ForeignExit status) { _exit(static_cast<int>(status)); }
-
-void send(const void* data, std::size_t size) {
-  const char* at = static_cast<const char*>(data);
-  while (size > 0) {
-    const ssize_t sent = write(descriptor, at, size);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) end(ForeignExit::misused);
-    at += sent;
-    size -= static_cast<std::size_t>(sent);
-  }
-}
-
-void limit(__rlimit_resource resource, rlim_t most, rlim_t beyond = 0) {
-  rlimit limits{};
-  getrlimit(resource, &limits);
-  limits.rlim_max = std::min(limits.rlim_max, most + beyond);
-  limits.rlim_cur = std::min(limits.rlim_max, most);
-  if (setrlimit(resource, &limits) != 0) end(ForeignExit::misused);
-}
-
-void confine(rlim_t memory_bytes, rlim_t cpu_seconds) {
-  // The parent may end at any time, and handles Ctrl-C.
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() == 1) end(ForeignExit::misused);
-  signal(SIGINT, SIG_IGN);
-  for (const int number : {SIGXCPU, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) signal(number, SIG_DFL);
-  close_range(static_cast<unsigned>(descriptor) + 1, ~0u, 0);
-  limit(RLIMIT_AS, memory_bytes);
-  limit(RLIMIT_STACK, kStackBytes);
-  limit(RLIMIT_CPU, cpu_seconds, 1);  // SIGXCPU first, SIGKILL a second later
-  limit(RLIMIT_NOFILE, kOpenFiles);
-  limit(RLIMIT_FSIZE, 0);  // it writes no files
-  limit(RLIMIT_CORE, 0);
-  std::set_new_handler([] { end(ForeignExit::out_of_memory); });
-}
 
 /// Opens only regular files, because others may block forever, and lists them.
 class RegularFiles final : public Assimp::DefaultIOSystem {
@@ -272,29 +229,31 @@ void run(const char* file) {
   const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate);
   if (!scene) {
     const std::string reason = importer.GetErrorString();
-    send(reason.data(), reason.size());
-    end(ForeignExit::refused);
+    send_to_parent(reason.data(), reason.size());
+    end_child(ChildExit::refused);
   }
   ForeignScene collected = Collector(*scene).collect();
   collected.files = std::move(opened);
-  write_foreign_scene(collected, send);
+  write_foreign_scene(collected, send_to_parent);
 }
 
 }  // namespace
 }  // namespace glowworm
 
 int main(int argc, char** argv) {
-  using glowworm::ForeignExit;
-  if (argc != 5) glowworm::end(ForeignExit::misused);
-  glowworm::descriptor = std::atoi(argv[2]);
-  glowworm::confine(std::strtoull(argv[3], nullptr, 10), std::strtoull(argv[4], nullptr, 10));
+  using namespace glowworm;
+  // The parent may end at any time.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (argc != 4 || getppid() == 1) end_child(ChildExit::misused);
+  confine();
+  limit_child(std::strtoull(argv[2], nullptr, 10), static_cast<unsigned>(std::strtoul(argv[3], nullptr, 10)));
   try {
-    glowworm::run(argv[1]);
+    run(argv[1]);
   } catch (const std::bad_alloc&) {
-    glowworm::end(ForeignExit::out_of_memory);
+    end_child(ChildExit::out_of_memory);
   } catch (const std::exception& error) {
-    glowworm::send(error.what(), std::strlen(error.what()));
-    glowworm::end(ForeignExit::refused);
+    send_to_parent(error.what(), std::strlen(error.what()));
+    end_child(ChildExit::refused);
   }
-  glowworm::end(ForeignExit{0});  // no destructors: Assimp's may crash, too
+  end_child(ChildExit{0});
 }

@@ -8,7 +8,8 @@
 namespace glowworm {
 
 /// Opens the first picture of a GIF file as 8-bit RGBA, sRGB-encoded. Pixels that the picture leaves out are
-/// transparent; those beyond the palette are black. Arguments and result as of open_image_reader().
+/// transparent; those beyond the palette are black. If it cannot be read, returns null and sets `failure` to
+/// the reason.
 std::unique_ptr<ImageReader> open_gif(const char* path, std::string& failure);
 
 }  // namespace glowworm

@@ -1,24 +1,14 @@
-// The shared library of image/image_reader.h: the one place where pixels come out of OpenImageIO.
+#include "image/reader/openimageio_reader.h"
+
 #include <OpenImageIO/imageio.h>
-#include <unistd.h>
+#include <malloc.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <iterator>
-#include <limits>
-#include <mutex>
-#include <new>
 #include <string>
 #include <string_view>
 #include <utility>
-
-#include "image/image_reader.h"
-#include "image/openimageio/gif_reader.h"
 
 namespace glowworm {
 namespace {
@@ -91,7 +81,9 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   header.other_primaries = has_other_primaries(spec);
   header.channel_names = spec.channelnames;
   for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    if (attribute.type() == OIIO::TypeDesc::STRING) header.metadata[attribute.name().string()] = attribute.get_string();
+    // Version 2.4 reads those of ICC profiles beyond the end of damaged ones.
+    if (attribute.type() == OIIO::TypeDesc::STRING && !attribute.name().string().starts_with("ICC"))
+      header.metadata[attribute.name().string()] = attribute.get_string();
   }
   return header;
 }
@@ -106,34 +98,6 @@ bool is_tiff_unpacked_whole(const OIIO::ImageSpec& spec) {
          std::find(std::begin(kSpaces), std::end(kSpaces), space) != std::end(kSpaces);
 }
 
-/// Why a file cannot be read although it was opened; empty if it can. OpenImageIO (2.4) counts the pixels that it
-/// unpacks at once and the bytes of a strip in an int.
-std::string reason_not_to_read(const OIIO::ImageSpec& spec) {
-  constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
-  if (spec.image_pixels() > kMost && is_tiff_unpacked_whole(spec))
-    return "it claims " + std::to_string(spec.image_pixels()) + " pixels, all of which would be unpacked at once";
-  const auto strip = static_cast<std::uint64_t>(std::max(spec.get_int_attribute("tiff:RowsPerStrip"), 0));
-  if (const std::uint64_t bytes = spec.scanline_bytes(true) * strip; bytes > kMost)
-    return "it claims a strip of " + std::to_string(bytes) + " bytes";
-  return "";
-}
-
-/// Whether memory was refused within OpenImageIO (2.4), which then may have left a lock of its table of strings held:
-/// the next to take it would wait forever, and the destructor of the table would abort the process.
-std::atomic<bool> is_spoilt = false;
-constexpr const char* kSpoilt = "no memory was left while an image was read";
-
-/// To be called where an allocation has failed: no image is read any more, and the process ends without destructors.
-void spoil() {
-  if (!is_spoilt.exchange(true))
-    on_exit(
-        [](int status, void*) {
-          std::fflush(nullptr);
-          _exit(status);
-        },
-        nullptr);
-}
-
 class OpenImageIoReader : public ImageReader {
  public:
   explicit OpenImageIoReader(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)) {
@@ -144,11 +108,7 @@ class OpenImageIoReader : public ImageReader {
     unpacks_whole_ = is_tiff_unpacked_whole(spec);
   }
 
-  bool read_rows(int first, int last, SampleType type, void* samples) override try {
-    if (is_spoilt) {
-      exception_ = kSpoilt;
-      return false;
-    }
+  bool read_rows(int first, int last, SampleType type, void* samples) override {
     const OIIO::ImageSpec& spec = input_->spec();
     const OIIO::TypeDesc format = type_desc(type);
     if (first == 0 && last == spec.height) return input_->read_image(0, 0, 0, spec.nchannels, format, samples);
@@ -156,70 +116,46 @@ class OpenImageIoReader : public ImageReader {
       return input_->read_tiles(0, 0, spec.x, spec.x + spec.width, spec.y + first, spec.y + last, spec.z, spec.z + 1, 0,
                                 spec.nchannels, format, samples);
     return input_->read_scanlines(0, 0, spec.y + first, spec.y + last, 0, 0, spec.nchannels, format, samples);
-  } catch (const std::bad_alloc&) {
-    spoil();
-    exception_ = kSpoilt;
-    return false;
-  } catch (const std::exception& e) {
-    exception_ = e.what();
-    return false;
   }
 
-  std::string report() override {
-    return exception_.empty() ? input_->geterror() : std::exchange(exception_, std::string());
-  }
+  std::string report() override { return input_->geterror(); }
 
  private:
   std::unique_ptr<OIIO::ImageInput> input_;
-  std::string exception_;  // with which the last reading ended
 };
 
-/// Fixes OpenImageIO's own threads at none: pictures are decoded by the thread that asks.
-void configure_openimageio() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    OIIO::attribute("threads", 1);
-    OIIO::attribute("exr_threads", -1);
-  });
-}
-
-}  // namespace
-}  // namespace glowworm
-
-OIIO_NAMESPACE_BEGIN
-/// Takes the place of OpenImageIO's function of this name, which reads beyond the end of damaged profiles (2.4).
-/// Nothing here uses ICC profiles. The dynamic linker looks in this library before OpenImageIO. Declared as in its
-/// tiffutils.h, which needs headers of libtiff.
-OIIO_API bool decode_icc_profile(cspan<uint8_t> iccdata, ImageSpec& spec, std::string& error);
-bool decode_icc_profile(cspan<uint8_t> /*iccdata*/, ImageSpec& /*spec*/, std::string& /*error*/) { return true; }
-OIIO_NAMESPACE_END
-
-extern "C" glowworm::ImageReader* glowworm_open_image(const char* path, const char* plugin, std::string& failure) try {
-  if (plugin == std::string_view("gif")) return glowworm::open_gif(path, failure).release();
-  if (glowworm::is_spoilt) {
-    failure = glowworm::kSpoilt;
-    return nullptr;
-  }
-  glowworm::configure_openimageio();
+/// Opens a file; null, with the reason in `failure`, if that fails.
+std::unique_ptr<OIIO::ImageInput> open_input(const std::string& path, const std::string& plugin, bool exr_in_c,
+                                             std::string& failure) {
+  OIIO::attribute("openexr:core", exr_in_c ? 1 : 0);
   OIIO::ImageSpec config, spec;
   config.attribute("oiio:UnassociatedAlpha", 1);
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
-  if (!input) {
-    failure = OIIO::geterror();
-    return nullptr;
-  }
-  if (!input->open(path, spec, config)) {
-    failure = input->geterror();
-    return nullptr;
-  }
-  failure = glowworm::reason_not_to_read(spec);
-  if (!failure.empty()) return nullptr;
-  return new glowworm::OpenImageIoReader(std::move(input));
-} catch (const std::bad_alloc&) {
-  glowworm::spoil();
-  failure = glowworm::kSpoilt;
-  return nullptr;
-} catch (const std::exception& e) {
-  failure = e.what();
+  if (input && input->open(path, spec, config)) return input;
+  failure = input ? input->geterror() : OIIO::geterror();
   return nullptr;
 }
+
+}  // namespace
+
+std::unique_ptr<ImageReader> open_by_openimageio(const std::string& path, const std::string& plugin,
+                                                 std::string& failure) {
+  // Pictures are decoded by this thread.
+  OIIO::attribute("threads", 1);
+  OIIO::attribute("exr_threads", -1);
+  // OpenEXR's library in C (3.1) finds damaged blocks that the one in C++ returns as memory of earlier use, but lacks
+  // DWA, and does not check blocks without compression. For these, malloc() returns zeros (it inverts the value; the
+  // parent has switched its cache off), so that a file gives the same pixels each time.
+  std::unique_ptr<OIIO::ImageInput> input = open_input(path, plugin, true, failure);
+  const std::string compression = input ? input->spec().get_string_attribute("compression") : "";
+  const bool is_dwa = compression.starts_with("dwa");
+  mallopt(M_PERTURB, plugin == "openexr" && (is_dwa || compression == "none") ? 0xff : 0);
+  if (is_dwa) input = open_input(path, plugin, false, failure);
+  if (input && input->spec().deep) {
+    failure = "a deep picture";
+    return nullptr;
+  }
+  return input ? std::make_unique<OpenImageIoReader>(std::move(input)) : nullptr;
+}
+
+}  // namespace glowworm

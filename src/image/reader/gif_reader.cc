@@ -1,4 +1,4 @@
-#include "image/openimageio/gif_reader.h"
+#include "image/reader/gif_reader.h"
 
 #include <gif_lib.h>
 

@@ -1,0 +1,136 @@
+// Values in bytes between processes. A reader takes any bytes: counts are checked against the bytes that are there,
+// flags and enumerators against their ranges.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Thrown where bytes are not what they should hold.
+struct InvalidArchive {
+  const char* what;
+};
+
+[[noreturn]] inline void fail_transfer(const char* what) { throw InvalidArchive{what}; }
+
+/// Whether values of a type are copied bit by bit: any bits are valid, and none are padding.
+template <typename T>
+inline constexpr bool kPlain = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
+template <typename T, std::size_t count>
+inline constexpr bool kPlain<std::array<T, count>> = kPlain<T>;
+template <>
+inline constexpr bool kPlain<Vec2> = sizeof(Vec2) == 8;
+template <>
+inline constexpr bool kPlain<Vec3> = sizeof(Vec3) == 12;
+template <>
+inline constexpr bool kPlain<RGB> = sizeof(RGB) == 12;
+
+class ArchiveWriter {
+ public:
+  static constexpr bool kReads = false;
+  /// @param write takes the bytes, piece by piece
+  explicit ArchiveWriter(const std::function<void(const void*, std::size_t)>& write) : write_(write) {}
+
+  void bytes(const void* data, std::size_t size) { write_(data, size); }
+  /// Number of elements, of at least `size` bytes each.
+  std::size_t count(std::size_t size, std::size_t) {
+    const std::uint64_t value = size;
+    bytes(&value, sizeof value);
+    return size;
+  }
+
+ private:
+  const std::function<void(const void*, std::size_t)>& write_;
+};
+
+class ArchiveReader {
+ public:
+  static constexpr bool kReads = true;
+  explicit ArchiveReader(std::string_view rest) : rest_(rest) {}
+
+  void bytes(void* data, std::size_t size) {
+    if (size > rest_.size()) fail_transfer("it ends too early");
+    if (size > 0) std::memcpy(data, rest_.data(), size);
+    rest_.remove_prefix(size);
+  }
+  std::size_t count(std::size_t, std::size_t bytes_each) {
+    std::uint64_t value = 0;
+    bytes(&value, sizeof value);
+    if (value > rest_.size() / bytes_each) fail_transfer("it holds less than it says");
+    return static_cast<std::size_t>(value);
+  }
+  bool at_end() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+};
+
+// Each transfer() lists the members of a structure, for both reading and writing.
+
+template <typename Archive, typename T>
+requires kPlain<T>
+void transfer(Archive& archive, T& value) { archive.bytes(&value, sizeof value); }
+
+template <typename Archive>
+void transfer(Archive& archive, bool& value) {
+  auto byte = static_cast<std::uint8_t>(value);
+  archive.bytes(&byte, 1);
+  if (byte > 1) fail_transfer("a flag is neither 0 nor 1");
+  value = byte == 1;
+}
+
+template <typename Archive, typename Enum>
+void transfer_enum(Archive& archive, Enum& value, Enum last) {
+  auto byte = static_cast<std::uint8_t>(value);
+  archive.bytes(&byte, 1);
+  if (byte > static_cast<std::uint8_t>(last)) fail_transfer("it holds an unknown kind");
+  value = static_cast<Enum>(byte);
+}
+
+template <typename Archive>
+void transfer(Archive& archive, std::string& text) {
+  text.resize(archive.count(text.size(), 1));
+  archive.bytes(text.data(), text.size());
+}
+
+template <typename Archive>
+void transfer(Archive& archive, std::optional<float>& value) {
+  bool given = value.has_value();
+  transfer(archive, given);
+  if (!given) return;
+  if (!value) value.emplace();
+  transfer(archive, *value);
+}
+
+template <typename Archive, typename T>
+void transfer(Archive& archive, std::vector<T>& values) {
+  if constexpr (kPlain<T>) {
+    values.resize(archive.count(values.size(), sizeof(T)));
+    archive.bytes(values.data(), values.size() * sizeof(T));
+  } else {
+    // An element in memory takes about ten times its minimum size in the encoding.
+    const std::size_t count = archive.count(values.size(), 8);
+    for (std::size_t i = 0; i < count; ++i) {
+      if constexpr (Archive::kReads) values.emplace_back();
+      transfer(archive, values[i]);
+    }
+  }
+}
+
+template <typename Archive, typename... Members>
+void transfer_all(Archive& archive, Members&... members) {
+  (transfer(archive, members), ...);
+}
+
+}  // namespace glowworm
