@@ -51,17 +51,18 @@ void for_mirrored(Facets facets, Place at, F f) {
   });
 }
 
-/// Shares of light from one side, and what Schlick's Fresnel term makes lost and passed (Boundary).
+/// Shares of light from one side, each run in the order of Boundary.
 struct Shares {
-  float reflect = 0, transmit = 0, lost = 0, schlick_lost = 0, schlick_lost_f0 = 0, schlick_lost_f90 = 0;
-  float passed = 0, passed_f0 = 0, passed_f90 = 0, passed_out = 0, passed_f0_out = 0, passed_f90_out = 0;
+  std::array<float, 3> fates{};         ///< reflected, transmitted, lost
+  std::array<float, 3> schlick_lost{};  ///< by facets with Schlick's Fresnel term: in all, by f0, by f90
+  std::array<float, 6> passed{};        ///< by them: the same, and the same weighted by the term of the way out
 };
 /// @param eta far side over near side
 Shares boundary_shares(Facets facets, Place at, float eta) {
   Shares out;
   if (facets.alpha == 0) {
-    out.reflect = fresnel_dielectric(at.cosine, eta);
-    out.transmit = 1 - out.reflect;
+    const float reflected = fresnel_dielectric(at.cosine, eta);
+    out.fates = {reflected, 1 - reflected, 0};
     return out;
   }
   for_visible_normals(facets, at, [&](const Microfacet& m, Vec3 wo, Vec3 h, float weight) {
@@ -71,21 +72,19 @@ Shares boundary_shares(Facets facets, Place at, float eta) {
     const bool totally_reflected = !refract(wo, h, eta, refracted);
     const float up = mirrored.z > 0 ? weight * unmasked(m, wo, mirrored) : 0.0f;
     const float down = !totally_reflected && refracted.z < 0 ? weight * unmasked(m, wo, refracted) : 0.0f;
-    out.reflect += f * up;
-    out.transmit += (1 - f) * down;
-    out.schlick_lost += weight - (totally_reflected ? up : down);
+    out.fates[0] += f * up;
+    out.fates[1] += (1 - f) * down;
+    out.schlick_lost[0] += weight - (totally_reflected ? up : down);
     if (totally_reflected) return;
     const float t = schlick_term(eta > 1 ? near : -dot(refracted, h)), leaving = schlick_term(-refracted.z);
-    out.schlick_lost_f0 += (1 - t) * (down - up);
-    out.schlick_lost_f90 += t * (down - up);
-    out.passed += down;
-    out.passed_f0 += down * (1 - t);
-    out.passed_f90 += down * t;
-    out.passed_out += down * leaving;
-    out.passed_f0_out += down * leaving * (1 - t);
-    out.passed_f90_out += down * leaving * t;
+    const float in_all[] = {down, down * leaving}, parts[] = {1 - t, t};
+    for (int part = 0; part < 2; ++part) out.schlick_lost[1 + part] += parts[part] * (down - up);
+    for (int way = 0; way < 2; ++way) {
+      out.passed[3 * way] += in_all[way];
+      for (int part = 0; part < 2; ++part) out.passed[3 * way + 1 + part] += in_all[way] * parts[part];
+    }
   });
-  out.lost = std::max(0.0f, 1 - out.reflect - out.transmit);
+  out.fates[2] = std::max(0.0f, 1 - out.fates[0] - out.fates[1]);
   return out;
 }
 
@@ -116,29 +115,16 @@ const float kFresnelCosines[kFresnelNodes] = {0.01703709f, 0.14644661f, 0.370590
                                               0.62940952f, 0.85355339f, 0.98296291f};
 
 BoundaryShares integrate_boundary(Facets facets, Place at, float eta) {
-  using enum Boundary;
   const Shares outside = boundary_shares(facets, at, eta), inside = boundary_shares(facets, at, 1 / eta);
   BoundaryShares out{};
-  const auto set = [&](Boundary what, float share) { out[static_cast<std::size_t>(what)] = share; };
-  set(reflect_outside, outside.reflect);
-  set(transmit_outside, outside.transmit);
-  set(lost_outside, outside.lost);
-  set(reflect_inside, inside.reflect);
-  set(transmit_inside, inside.transmit);
-  set(lost_inside, inside.lost);
-  set(trapped, trapped_share(facets, at, eta));
-  set(schlick_lost_outside, outside.schlick_lost);
-  set(schlick_lost_f0_outside, outside.schlick_lost_f0);
-  set(schlick_lost_f90_outside, outside.schlick_lost_f90);
-  set(schlick_lost_inside, inside.schlick_lost);
-  set(schlick_lost_f0_inside, inside.schlick_lost_f0);
-  set(schlick_lost_f90_inside, inside.schlick_lost_f90);
-  set(schlick_passed, inside.passed);
-  set(schlick_passed_f0, inside.passed_f0);
-  set(schlick_passed_f90, inside.passed_f90);
-  set(schlick_passed_out, inside.passed_out);
-  set(schlick_passed_f0_out, inside.passed_f0_out);
-  set(schlick_passed_f90_out, inside.passed_f90_out);
+  auto next = out.begin();
+  const auto put = [&next](const auto& shares) { next = std::copy(shares.begin(), shares.end(), next); };
+  put(outside.fates);
+  put(inside.fates);
+  *next++ = trapped_share(facets, at, eta);
+  put(outside.schlick_lost);
+  put(inside.schlick_lost);
+  put(inside.passed);
   return out;
 }
 
