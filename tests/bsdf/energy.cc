@@ -47,7 +47,7 @@ Vec3 random_direction(std::uint32_t index) {
   return square_to_sphere(sampler.next2());
 }
 
-TEST(BsdfEnergy, NeverScattersMoreThanArrives) {
+TEST(SlowBsdfEnergy, NeverScattersMoreThanArrives) {
   for (const BsdfCase& c : bsdf_cases()) {
     for (Vec3 wo : viewers()) {
       for (const float side : {1.0f, -1.0f}) {
@@ -221,7 +221,7 @@ TEST(BsdfEnergy, OfDarkMetalIsThatOfOneFacet) {
   }
 }
 
-TEST(BsdfEnergy, AlbedoIsNearTheMeanOfSamples) {
+TEST(SlowBsdfEnergy, AlbedoIsNearTheMeanOfSamples) {
   for (const BsdfCase& c : bsdf_cases()) {
     for (const Vec3 wo : viewers()) {
       for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSharp}) {

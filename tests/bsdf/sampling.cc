@@ -54,7 +54,7 @@ void expect_samples_follow_density(const std::vector<BsdfCase>& cases, int sampl
   }
 }
 
-TEST(SlowBsdfSampling, FollowsItsDensity) { expect_samples_follow_density(bsdf_cases(), 40000); }
+TEST(SlowBsdfSampling, FollowsItsDensity) { expect_samples_follow_density(bsdf_cases(), 20000); }
 
 TEST(BsdfSampling, FollowsItsDensityForOneOfEachShape) {
   std::vector<BsdfCase> few;
@@ -77,7 +77,7 @@ TEST(BsdfSampling, FollowsItsDensityForOneOfEachShape) {
   coat.coat_alpha = 0.2f;
   coat.coat_normal = normalize({0.3f, 0.1f, 0.9f});
   few.push_back({"glTF coat of another normal", coat});
-  expect_samples_follow_density(few, 20000);
+  expect_samples_follow_density(few, 10000);
 }
 
 TEST(BsdfSampling, WeightIsValueTimesCosineOverDensity) {

@@ -53,7 +53,7 @@ Vec3 by_cosine(const Leaning& surface, Sampler& sampler) {
 float asked(Vec3 w) { return 1 + dot(w, {0.5f, 0.6f, -0.3f}); }
 float coming(Vec3 w) { return 1 + dot(w, {-0.4f, 0.1f, 0.8f}); }
 
-TEST(ShadedSurface, PassesTheTransmittanceOfPanesStraightOn) {
+TEST(SlowShadedSurface, PassesTheTransmittanceOfPanesStraightOn) {
   int panes = 0;
   for (const float degrees : kAngles) {
     const Leaning leaning(degrees);

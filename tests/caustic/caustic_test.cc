@@ -135,7 +135,7 @@ Layers layers(const Film &film) {
   return out;
 }
 
-TEST(CausticLayers, OfAPointLightAreFoundByPathsAndPhotons) {
+TEST(SlowCausticLayers, OfAPointLightAreFoundByPathsAndPhotons) {
   const Stage stage(ball_under(true));
   const Layers paths = layers(stage.render(by_path(48, 64)));
   const Layers photons = layers(stage.render(by_photons(48, 16, 16, 300'000, "blocked")));
@@ -217,7 +217,7 @@ CausticError caustic_error(const Stage &stage, RenderSettings settings, const Fi
   return out;
 }
 
-TEST(Caustic, OfFewPhotonsIsMadeOfMorePaths) {
+TEST(SlowCausticPaths, OfFewPhotonsIsMadeOfMorePaths) {
   const Stage stage(builtin_scene("ring"));
   RenderSettings settings = by_photons(64, 32, 25, 2'000'000, "blocked");
   const Film reference = stage.render(settings);

@@ -110,7 +110,7 @@ QueryPoints floor_queries(std::uint32_t count, std::uint32_t seed) {
 // The bound is what control is for: dropping at random, with flux made up for, is what it must beat. At a confidence of
 // 99.9% on either scene, even light and uneven: Student's t with seven degrees of freedom exceeds 4.785 once in a
 // thousand times.
-TEST(DensityControl, ChangesTheEstimateLessThanDroppingAtRandom) {
+TEST(SlowDensityControl, ChangesTheEstimateLessThanDroppingAtRandom) {
   constexpr int kRuns = 8;
   for (const bool even : {true, false}) {
     double sum = 0, squares = 0;

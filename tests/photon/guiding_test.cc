@@ -145,7 +145,7 @@ SceneDescription house_on_a_plain() {
   return scene;
 }
 
-TEST(PhotonGuiding, FindsASmallHouseOnALargePlain) {
+TEST(SlowPhotonGuiding, FindsASmallHouseOnALargePlain) {
   const Scene scene(house_on_a_plain());
   const Tracer tracer(scene);
   const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));

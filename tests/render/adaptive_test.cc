@@ -116,7 +116,7 @@ TEST(Adaptive, SquaresWithFewSamplesTakePart) {
   EXPECT_GT(samples_at(film, 0, 0), samples_at(film, 63, 0));
 }
 
-TEST(AdaptiveRender, NeedsFewerSamplesForTheSameError) {
+TEST(SlowAdaptiveRender, NeedsFewerSamplesForTheSameError) {
   const Stage stage(builtin_scene("cornell"));
   RenderSettings settings = adaptive_render(64, 0.03);
   const Film film = stage.render(settings);

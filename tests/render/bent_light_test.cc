@@ -144,7 +144,7 @@ TEST(BentLight, PixelsOfEveryIntegratorSeeASunThroughGlass) {
   }
 }
 
-TEST(BentLight, SensorsInAirMeetASunThroughGlass) {
+TEST(SlowBentLight, SensorsInAirMeetASunThroughGlass) {
   const Stage stage(plate_over_floor());
   for (const Integrator by : kAll) {
     SCOPED_TRACE(static_cast<int>(by));

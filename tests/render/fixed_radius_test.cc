@@ -15,7 +15,7 @@ double photons_per_query(const Statistics& statistics) {
          static_cast<double>(statistics.count(Counter::query_points));
 }
 
-TEST(FixedRadius, HoldsAsManyPhotonsOnAverageAsAreAskedFor) {
+TEST(SlowFixedRadius, HoldsAsManyPhotonsOnAverageAsAreAskedFor) {
   // A closed room, and rooms of which few surfaces are lit.
   for (const char* scene : {"cornell", "atrium", "ajar"})
     for (const Integrator integrator : {Integrator::gather, Integrator::photons}) {

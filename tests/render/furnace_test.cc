@@ -33,7 +33,7 @@ TEST_P(Furnace, ByPhotonMapping) {
 }
 
 /// Secondary gathers sample lights that touch the corners that they start in: no sample may be far off.
-TEST(FurnaceCorners, HaveNoBrightSpecks) {
+TEST(SlowFurnaceCorners, HaveNoBrightSpecks) {
   const Stage stage(builtin_scene("furnace-box"));
   for (const RGB& pixel : pixels(stage.render(by_photons(48, 16, 16, 100'000)))) EXPECT_NEAR(pixel.r, kFurnace, 0.2);
 }

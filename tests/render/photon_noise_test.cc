@@ -37,7 +37,7 @@ double photon_variance(const Stage& stage, const RenderSettings& settings) {
   return job.photon_variance();
 }
 
-TEST(PhotonNoise, IsTheSpreadOfMapsWithOtherPhotons) {
+TEST(SlowPhotonNoise, IsTheSpreadOfMapsWithOtherPhotons) {
   constexpr std::uint32_t kRenders = 24;
   const Stage stage(builtin_scene("cornell"));
   std::vector<std::vector<double>> pixels;

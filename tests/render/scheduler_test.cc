@@ -255,7 +255,7 @@ TEST(Scheduler, PreferenceChoosesSamplesPerPassOrLargeTiles) {
 
 TEST(Scheduler, PreferenceDoesNotChangeThePicture) {
   const Stage stage(builtin_scene("cornell"));
-  for (const char* engine : {"blocked", "reverse", "forward", "knn"}) {
+  for (const char* engine : {"blocked", "reverse"}) {
     RenderSettings settings = by_photons(40, 6, 20, 4000, engine);
     std::vector<std::vector<std::uint32_t>> films;
     for (const Preference preference : {Preference::automatic, Preference::preview, Preference::quality}) {

@@ -29,8 +29,7 @@ TEST(Threads, DoNotChangePhotonMappingOfAnyEngine) {
   for (const std::string& engine : engine_names()) {
     // Brute force goes over all pairs: it gets few of them.
     const bool brute = engine == "brute";
-    const RenderSettings settings =
-        by_photons(brute ? 8 : 40, 2, brute ? 4 : 16, brute ? 1000 : 20'000, engine.c_str());
+    const RenderSettings settings = by_photons(brute ? 8 : 24, 2, brute ? 4 : 16, brute ? 500 : 10'000, engine.c_str());
     SCOPED_TRACE(engine);
     expect_same_picture(cornell, settings);
     expect_same_picture(glass, settings);

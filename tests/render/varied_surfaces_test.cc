@@ -64,7 +64,7 @@ SceneDescription checkered() {
   return d;
 }
 
-TEST(VariedSurfaces, BlackTexels) { expect_light_of_paths(checkered()); }
+TEST(SlowVariedSurfaces, BlackTexels) { expect_light_of_paths(checkered()); }
 
 TEST(SlowVariedSurfaces, BlackTexelsUnderACoat) {
   SceneDescription d = checkered();
