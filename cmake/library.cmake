@@ -24,7 +24,7 @@ set(density_rooms density points bsdf kernels core)
 set(GLOWWORM_DENSITY_LIBRARIES tbb fmt hwy)
 set(GLOWWORM_LIBRARIES embree3 OpenEXR-3_1 Iex-3_1 IlmThread-3_1 Imath-3_1 png tinygltf draco meshoptimizer z zstd dl)
 glowworm_archive(glowworm_density ${density_rooms})
-glowworm_archive(glowworm api bake measure control share film maps settings filter gather photon transport trace import builtin scene image)
+glowworm_archive(glowworm api gltf_writer bake measure control share film maps settings filter gather photon transport trace import builtin scene image)
 
 add_library(glowworm_shared SHARED $<TARGET_OBJECTS:glowworm_api> $<TARGET_OBJECTS:glowworm_density>)
 target_link_libraries(glowworm_shared PRIVATE glowworm_api)

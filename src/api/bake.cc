@@ -11,10 +11,10 @@
 #include "api/scene_implementation.h"
 #include "bake/bands.h"
 #include "bake/layout.h"
-#include "bake/scene_glb.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/memory_budget.h"
+#include "gltf_writer/scene_glb.h"
 #include "settings/options.h"
 
 namespace glowworm::api {

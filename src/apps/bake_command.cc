@@ -22,7 +22,6 @@
 #include "bake/layout.h"
 #include "bake/light.h"
 #include "bake/probes.h"
-#include "bake/scene_glb.h"
 #include "control/job.h"
 #include "control/job_report.h"
 #include "core/atomic_file.h"
@@ -35,6 +34,7 @@
 #include "film/checkpoint.h"
 #include "film/filtered.h"
 #include "film/part.h"
+#include "gltf_writer/scene_glb.h"
 #include "image/image.h"
 #include "settings/settings.h"
 

@@ -1,5 +1,5 @@
 // Baked files of scenes: materials, colours of vertices, and pictures of the files against those of the scenes.
-#include "bake/scene_glb.h"
+#include "gltf_writer/scene_glb.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "bake/glb.h"
 #include "core/vec.h"
+#include "gltf_writer/glb.h"
 #include "import/gltf/accessor.h"
 #include "import/gltf/compression.h"
 #include "import/gltf/document.h"

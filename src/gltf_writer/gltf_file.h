@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bake/glb.h"
+#include "gltf_writer/glb.h"
 #include "import/gltf/document.h"
 
 namespace glowworm {

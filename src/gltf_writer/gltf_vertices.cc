@@ -1,4 +1,4 @@
-#include "bake/gltf_vertices.h"
+#include "gltf_writer/gltf_vertices.h"
 
 #include <algorithm>
 #include <cstring>

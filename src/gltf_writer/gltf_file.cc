@@ -1,4 +1,4 @@
-#include "bake/gltf_file.h"
+#include "gltf_writer/gltf_file.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "bake/scene_glb.h"
+#include "gltf_writer/scene_glb.h"
 
 namespace glowworm {
 

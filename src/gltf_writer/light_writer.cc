@@ -1,4 +1,4 @@
-#include "bake/light_writer.h"
+#include "gltf_writer/light_writer.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "bake/glb.h"
+#include "gltf_writer/glb.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "bake/gltf_glb.h"
+#include "gltf_writer/gltf_glb.h"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "bake/gltf_file.h"
-#include "bake/gltf_prune.h"
-#include "bake/gltf_vertices.h"
-#include "bake/light_writer.h"
 #include "core/error.h"
+#include "gltf_writer/gltf_file.h"
+#include "gltf_writer/gltf_prune.h"
+#include "gltf_writer/gltf_vertices.h"
+#include "gltf_writer/light_writer.h"
 #include "import/gltf/mesh.h"
 
 namespace glowworm {

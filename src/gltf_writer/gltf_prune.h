@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bake/glb.h"
+#include "gltf_writer/glb.h"
 
 namespace glowworm {
 

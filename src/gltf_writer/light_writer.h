@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bake/glb.h"
-#include "bake/scene_glb.h"
+#include "gltf_writer/glb.h"
+#include "gltf_writer/scene_glb.h"
 #include "import/gltf/light_units.h"
 
 namespace glowworm {

@@ -1,4 +1,4 @@
-#include "bake/scene_glb.h"
+#include "gltf_writer/scene_glb.h"
 
 #include <fmt/format.h>
 
@@ -12,13 +12,13 @@
 #include <tuple>
 #include <utility>
 
-#include "bake/glb.h"
-#include "bake/gltf_glb.h"
-#include "bake/light_writer.h"
 #include "bake/source_texture.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/version.h"
+#include "gltf_writer/glb.h"
+#include "gltf_writer/gltf_glb.h"
+#include "gltf_writer/light_writer.h"
 
 namespace glowworm {
 

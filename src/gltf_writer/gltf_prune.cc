@@ -1,4 +1,4 @@
-#include "bake/gltf_prune.h"
+#include "gltf_writer/gltf_prune.h"
 
 #include <algorithm>
 #include <string>
