@@ -73,8 +73,7 @@ void tell_samples(const Part& all, const Film& film, std::size_t parts) {
   }
   if (end < wanted) missing.push_back({end, wanted});
   if (!missing.empty())
-    warn(fmt::format("samples {} of {} are missing: the picture is that of {} samples", samples_text(missing), wanted,
-                     there));
+    warn(fmt::format("samples {} of {} are missing: the picture has {} samples", samples_text(missing), wanted, there));
   if (film.whole_passes() < there)
     warn(fmt::format("a part was stopped before its end: some pixels have only {} of {} samples", film.whole_passes(),
                      there));

@@ -201,12 +201,12 @@ RenderSettings Job::settings() const {
 void Job::resume(const Checkpoint& checkpoint) {
   check_same_render(key(), parse_key(checkpoint.key), "the checkpoint");
   if (!film_.restore(checkpoint.film) || film_.whole_passes() != checkpoint.passes)
-    throw Error("the checkpoint holds sums that no render can give", "Remove the file to start again.");
+    throw Error("the checkpoint is corrupt: its sums are invalid", "Remove the file to start again.");
   if (!settings_.part.is_all() && film_.most_samples() > settings_.sample_range().count())
-    throw Error("the checkpoint holds samples beyond those of the part",
+    throw Error("the checkpoint holds samples that do not belong to the part",
                 "Give the same --part again, or remove the file to start again.");
   if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
-    throw Error("the checkpoint holds numbers of samples that no render can give", "Remove the file to start again.");
+    throw Error("the checkpoint is corrupt: its numbers of samples are invalid", "Remove the file to start again.");
   if (!is_variance(checkpoint.photon_variance))
     throw Error("the checkpoint holds noise of photons that no render can have", "Remove the file to start again.");
   photon_variance_ = checkpoint.photon_variance;

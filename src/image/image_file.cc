@@ -163,7 +163,7 @@ ImageFileHeader scan_image_file(const std::string& path, bool convert_to_single,
   ImageFileHeader header = input.header;
   if (convert_to_single) header.type = SampleType::single;
   if (header.other_primaries)
-    warn(fmt::format("{}: its primaries are not those of Rec. 709, but its numbers are taken as if they were", path));
+    warn(fmt::format("{}: its primaries differ from Rec. 709, but its numbers are read as Rec. 709", path));
   for (int first = 0; first < header.height; first += header.rows_at_once) {
     const int last = std::min(first + header.rows_at_once, header.height);
     std::vector<std::byte> samples(header.bytes_of_rows(last - first));

@@ -238,7 +238,7 @@ std::string without_gathering(const RenderSettings& s) {
 
 std::string without_large_passes(const RenderSettings& s) {
   if (const std::string overruling = without_gathering(s); !overruling.empty()) return overruling;
-  return s.progressive ? "--progressive, whose photons are those of one sample" : "";
+  return s.progressive ? "--progressive, which uses new photons for each sample" : "";
 }
 
 std::string without_open_end(const RenderSettings& s) {
@@ -311,7 +311,7 @@ std::vector<Option> method_options() {
              &S::kernel, kernel_names()),
       radius_row({"--radius", kMethod, "radius", "per-photon|fixed|M", "per-photon", nullptr,
                   "Radii of photons: one for each, from the density around it; one for all, for k photons in a mean "
-                  "estimate; or one of so many metres",
+                  "estimate; or one radius in metres",
                   true, without_photons}),
       count({"--reorder", kMethod, nullptr, "N", "auto", nullptr,
              "Engine forward: query points of an octree's cell that is not divided further (auto: sorted as "
@@ -371,8 +371,8 @@ std::vector<Option> effort_options() {
                             "Render the I-th of N shares of the samples; 'glowworm merge' makes the picture of all"})),
       member(
           {"--share", kEffort, nullptr, "DIR", "none", nullptr,
-           "Folder that all processes of a render see: they divide the photons, or later ones read those of earlier "
-           "ones. With --progressive, only the guides and the first pass of photons",
+           "Folder that all processes of a render see. They split photon tracing, and reuse what others have "
+           "finished. With --progressive, only the guides and the first pass of photons",
            false, without_photons},
           &S::share, [](const std::string& text) { return text == "none" ? "" : text; },
           [](const std::string& folder) { return folder.empty() ? "none" : folder; }, kAsItIs),
@@ -407,7 +407,7 @@ std::vector<Option> machine_options() {
   using S = RenderSettings;
   return {
       count({"--threads", kMachine, nullptr, "N", "one for each core", "one for each core",
-             "Threads, at most one for each 32M of --memory unless given; the image does not depend on it"},
+             "Threads (default: cores, at most memory / 32M); the image does not depend on it"},
             &S::threads, 1024, "0"),
       of_commands(
           {Command::render, Command::bake, Command::measure, Command::merge, Command::compare},

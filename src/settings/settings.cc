@@ -159,10 +159,10 @@ PlaceLayers RenderSettings::place_layers() const {
 void check_part(const RenderSettings& asked) {
   if (asked.part.is_all()) return;
   if (asked.noise_target > 0)
-    throw Error("--part cannot end by --noise, because no part knows the noise of the whole picture",
+    throw Error("--part cannot end by --noise: a part cannot measure the noise of the whole picture",
                 "Give --samples in place of --noise.");
   if (asked.time_limit_s > 0 && asked.samples == 0)
-    throw Error("--part with --time does not know the samples of all parts", "Give --samples, too.");
+    throw Error("--part with --time needs --samples", "All parts must agree on the number of samples.");
 }
 
 bool filters(const RenderSettings& settings) {
@@ -263,7 +263,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                    : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
                                               : ""));
   note(asked.nearest == 0,
-       fmt::format("k = {}: radii hold so many photons; less is blotched, more is blurred", chosen.nearest));
+       fmt::format("k = {}: photons within a radius; fewer look blotched, more blur", chosen.nearest));
   note(asked.engine == "auto", fmt::format("engine {}: the fastest but for a few hundred query points", chosen.engine));
   return notes;
 }

@@ -48,7 +48,7 @@ TEST_F(MergeTest, PartsInAnyOrderAreTheUndividedPicture) {
   // Without two of them.
   const Outcome fewer = run({"merge", "1-of-5.part", "4-of-5.part", "2-of-5.part", "-o", "fewer.exr"});
   EXPECT_EQ(fewer.status, 0);
-  EXPECT_THAT(fewer.err, HasSubstr("samples 3, 5 of 5 are missing: the picture is that of 3 samples"));
+  EXPECT_THAT(fewer.err, HasSubstr("samples 3, 5 of 5 are missing: the picture has 3 samples"));
 }
 
 /// With sanitizers large arrays stay in memory.

@@ -92,7 +92,7 @@ TEST_F(ImageIo, OtherPrimariesAreWarnedOf) {
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::Not(HasSubstr("primaries")));
   testing::internal::CaptureStderr();
   read_image(path("b.exr"));
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("b.exr: its primaries are not those of Rec. 709"));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("b.exr: its primaries differ from Rec. 709"));
 }
 
 TEST_F(ImageIo, PartsAndLayersAreCutOut) {

@@ -86,7 +86,7 @@ std::string spelling_remedy(std::string_view name) {
   for (const Signature& signature : kGrammar) {
     if (lower(signature.name) == lower(name)) return fmt::format("Write it as {}.", signature.name);
   }
-  return "Check the spelling; directives are those of pbrt-v4, like Shape, Material or LightSource.";
+  return "Check the spelling; directives are named as in pbrt-v4, like Shape, Material or LightSource.";
 }
 
 /// Thrown inside the parser after an error is recorded, to skip the directive.
