@@ -51,7 +51,7 @@ void expect_same_distances(const PhotonBatch& photons, const QueryPoints& points
 }
 
 TEST(Knn, FindsTheSameSortedDistancesAsBruteForce) {
-  expect_same_distances(room_photons(5000), room_queries(200));
+  expect_same_distances(room_photons(5000), room_queries(40));
   expect_same_distances(room_photons(1), room_queries(20));
   expect_same_distances(room_photons(600), room_queries(20));
 }
