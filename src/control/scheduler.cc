@@ -10,6 +10,7 @@
 #include "density/engine.h"
 #include "film/film.h"
 #include "maps/memory.h"
+#include "settings/cost.h"
 
 namespace glowworm {
 
@@ -57,7 +58,7 @@ std::uint64_t ray_bytes(const RenderSettings& settings) {
 std::uint64_t most_timed_queries(const RenderSettings& settings) {
   if (settings.time_limit_s <= 0) return kMaxOnDisk;
   const double seconds = settings.time_limit_s * kTaskShareOfTime;
-  const double queries = seconds * kQueriesPerSecond * std::max(settings.threads, 1);
+  const double queries = seconds / kUsualCost.ray_s * std::max(settings.threads, 1);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMaxOnDisk)), kMinTimedQueries, kMaxOnDisk);
 }
 

@@ -17,8 +17,6 @@ namespace {
 constexpr std::uint64_t kLeastPhotons = 1000;
 /// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
 constexpr double kLeastRoom = 0.1;
-/// Photons and gather rays that a machine makes in a second even where other programs take most of it.
-constexpr double kSlowPhotons = 5'000, kSlowRays = 50'000;
 /// Most of the time left that photons, and then a first image, may take.
 constexpr double kPhotonShare = 0.4, kImageShare = 0.8;
 /// The pilot pass of the gather guide traces this share of the rays of a first image.
@@ -64,8 +62,8 @@ bool may_need_fitting(const RenderSettings& s, const AutomaticNumbers& automatic
   if (s.time_limit_s <= 0 || !(automatic.photons || automatic.gather)) return false;
   const bool gathers = s.integrator == Integrator::gather;
   const double rays = gathers ? static_cast<double>(s.bounds.pixel_count()) * s.gather : 0;
-  return static_cast<double>(s.photons) / kSlowPhotons > kPhotonShare * room_s ||
-         rays / kSlowRays > (1 - kPhotonShare) * room_s;
+  return static_cast<double>(s.photons) * kMostSlowdown * kUsualCost.photon_s > kPhotonShare * room_s ||
+         rays * kMostSlowdown * kUsualCost.ray_s > (1 - kPhotonShare) * room_s;
 }
 
 RenderSettings with_fewer_photons(RenderSettings s, double share) {
@@ -73,15 +71,15 @@ RenderSettings with_fewer_photons(RenderSettings s, double share) {
   return s;
 }
 
-RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
+RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Cost& cost,
                                double room_s) {
   RenderSettings s = settings;
-  const double photons_s = speed.photon_s * static_cast<double>(s.photons);
+  const double photons_s = cost.photon_s * static_cast<double>(s.photons);
   double share = std::min(1.0, std::max(kPhotonShare * room_s, 0.0) / photons_s);
   if (!automatic.photons) share = 1;
   if (share < 1) s = with_fewer_photons(s, share);
-  if (!automatic.gather || speed.slot_s <= 0) return s;
-  const double image_s = speed.slot_s * static_cast<double>(s.bounds.pixel_count()) * (1 + kGuideShare);
+  if (!automatic.gather || cost.ray_s <= 0) return s;
+  const double image_s = cost.sample_s(s.gather) * static_cast<double>(s.bounds.pixel_count()) * (1 + kGuideShare);
   const double image_room_s = std::max(kImageShare * (room_s - share * photons_s), 0.0);
   if (image_s <= image_room_s) return s;
   s.gather = static_cast<std::uint32_t>(std::max(s.gather * image_room_s / image_s, 1.0));
@@ -127,19 +125,19 @@ void Job::fit_to_time() {
   const double start = seconds();
   is_mapping_ = true;
   Statistics not_the_renders;
-  Speed speed;
+  Cost cost;
   const RenderSettings few = with_fewer_photons(settings_, kPilotShare);
   // Timed apart, because guiding takes nearly as long for few photons as for many.
   guide_emission(few, not_the_renders);
   const double guided = seconds();
   make_maps(few, settings_.sample_range().first, not_the_renders);
-  speed.photon_s = (seconds() - guided) / static_cast<double>(few.photons);
-  if (pass_.kind == PassKind::gather) speed.slot_s = measure_slot();
+  cost.photon_s = (seconds() - guided) / static_cast<double>(few.photons);
+  if (pass_.kind == PassKind::gather) cost.ray_s = measure_slot() / settings_.gather;
   made_->maps.forget();
   made_->fixed_radius = 0;
   const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
   const RenderSettings fitted =
-      fitted_settings(settings_, automatic_, speed,
+      fitted_settings(settings_, automatic_, cost,
                       std::max((time_.left_s() - again_s) / job_time_.least_passes, kLeastRoom * time_.whole_s()));
   if (guiding_paths(few) != guiding_paths(fitted)) {
     made_->guide.reset();

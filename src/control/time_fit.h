@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "points/gather_points.h"
+#include "settings/cost.h"
 #include "settings/render_key.h"
 #include "settings/settings.h"
 
@@ -19,12 +20,6 @@ AutomaticNumbers automatic_numbers(const RenderSettings& asked);
 /// @param kept the checkpoint's key
 RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
 
-/// Speed of this machine, with the programs that share it.
-struct Speed {
-  double photon_s = 0;  ///< wall seconds of a photon, for tracing it and for its part of the map
-  double slot_s = 0;    ///< wall seconds of a camera sample of a pixel; 0: without gather rays
-};
-
 /// Share of the photons that measure the speed.
 inline constexpr double kPilotShare = 1.0 / 16;
 
@@ -37,11 +32,12 @@ RenderSettings with_fewer_photons(RenderSettings settings, double share);
 
 /// The settings with fewer automatic photons and gather rays, so that the photons take at most 40% of the time left,
 /// and a first image fits into the rest.
-/// @param settings resolved @param room_s wall seconds left
-RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Speed& speed,
+/// @param settings resolved @param cost wall seconds, measured; 0 for rays if there are none
+/// @param room_s wall seconds left
+RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNumbers& automatic, const Cost& cost,
                                double room_s);
 
-/// Small tasks, evenly spread over the picture, to measure Speed::slot_s.
+/// Small tasks, evenly spread over the picture, to measure the cost of samples.
 std::vector<CameraTask> spread_tasks(const PixelBounds& bounds);
 
 }  // namespace glowworm

@@ -27,7 +27,7 @@ class BruteEngine final : public DensityEngine {
   std::string name() const override { return "brute"; }
 
   std::uint64_t index_bytes(std::size_t photons) const override {
-    return photons * (PhotonBatch::kBytesEach + sizeof(float));
+    return photons * (bytes_each<PhotonBatch>() + sizeof(float));
   }
 
   void build(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,

@@ -201,7 +201,7 @@ std::uint64_t IndexedMap::bytes() const {
   std::uint64_t bytes = correction_->cuts.size() * sizeof(PhotonCuts);
   if (narrow()) bytes += narrow()->index_bytes(count_);
   if (query_radii()) bytes += QueryRadii::bytes(count_);
-  if (photons_.inputs()) bytes += count_ * (PhotonBatch::kBytesEach + kBytesBesidePhoton);
+  if (photons_.inputs()) bytes += count_ * (bytes_each<PhotonBatch>() + kBytesBesidePhoton);
   return bytes;
 }
 

@@ -11,9 +11,8 @@ namespace glowworm {
 /// @param values       SlotValues that are kept
 /// @param places       whether the triangles of first hits are kept
 /// @param fine         whether there are surface samples
-constexpr std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false,
-                                       bool fine = false) {
-  return 3 * GatherPoints::kBytesEach + (4 + light_groups) * sizeof(RGB) + 28 +
+inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false, bool fine = false) {
+  return 3 * bytes_each<GatherPoints>() + (4 + light_groups) * sizeof(RGB) + 28 +
          static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
          (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (fine ? 2 * sizeof(RGB) : 0);
 }

@@ -114,7 +114,7 @@ class PassRenderer {
 
   void count_held(const QueryPoints& queries) {
     memory_.most_query_bytes =
-        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (QueryPoints::kBytesEach + sizeof(RGB)));
+        std::max<std::uint64_t>(memory_.most_query_bytes, queries.size() * (bytes_each<QueryPoints>() + sizeof(RGB)));
   }
 
   void gather_light(const GatherPoints& points) {
@@ -264,8 +264,8 @@ void PassMemory::clear() {
 
 void PassMemory::keep(MemoryBudget& budget) {
   const std::uint64_t bytes =
-      points.slot.capacity() * GatherPoints::kBytesEach + queries.position.capacity() * QueryPoints::kBytesEach +
-      queries.bsdfs.capacity() * sizeof(QueryBsdf) + secondary_queries.position.capacity() * QueryPoints::kBytesEach +
+      points.slot.capacity() * bytes_each<GatherPoints>() + queries.position.capacity() * bytes_each<QueryPoints>() +
+      queries.bsdfs.capacity() * sizeof(QueryBsdf) + secondary_queries.position.capacity() * bytes_each<QueryPoints>() +
       secondary_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
   reservation.reset();
   if (bytes > budget.available() / 2)

@@ -118,7 +118,7 @@ class PhotonMaps {
   const PhotonPass& pass() const { return pass_; }
   /// Bytes of the photons, without the engines' indices.
   std::uint64_t bytes() const {
-    return (global_.count() + caustic_.count()) * (PhotonBatch::kBytesEach + sizeof(float));
+    return (global_.count() + caustic_.count()) * (bytes_each<PhotonBatch>() + sizeof(float));
   }
 
  private:

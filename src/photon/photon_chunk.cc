@@ -44,7 +44,7 @@ void PhotonChunk::write(ByteWriter& out) const {
 
 void PhotonChunk::read(ByteReader& in, const Scene& scene) {
   const std::size_t photons = in.take<std::uint64_t>();
-  require(photons <= in.left() / PhotonBatch::kBytesEach);
+  require(photons <= in.left() / bytes_each<PhotonBatch>());
   count = 0;
   make_room(photons);
   count = photons;

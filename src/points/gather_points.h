@@ -80,8 +80,6 @@ struct GatherPoints {
   /// Removes all points but keeps their memory.
   void clear();
   void append(const GatherPoints& other);
-  static constexpr std::size_t kBytesEach =
-      3 * sizeof(std::uint32_t) + 3 * sizeof(Vec3) + sizeof(float) + sizeof(Frame) + sizeof(Bsdf) + sizeof(RGB);
 };
 
 /// Light of a task, one entry a slot; W sr^-1 m^-2.

@@ -47,7 +47,6 @@ struct PhotonBatch {
   /// Photon i of this batch is photon places[i] of the result. Throws Cancelled when interrupted.
   PhotonBatch moved(std::span<const std::uint32_t> places) const;
   Box3 bounds() const;
-  static constexpr std::size_t kBytesEach = 3 * sizeof(Vec3) + sizeof(RGB);
 };
 
 /// Element i of the result is element order[i] of `from`.

@@ -55,7 +55,6 @@ struct QueryPoints {
   }
   void push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target);
   void append(const QueryPoints& other);
-  static constexpr std::size_t kBytesEach = 2 * sizeof(Vec3) + 2 * sizeof(RGB) + 2 * sizeof(std::uint32_t);
 };
 
 }  // namespace glowworm

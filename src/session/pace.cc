@@ -27,9 +27,9 @@ void learn_rate(double& known, double seconds, std::uint64_t count) {
 }  // namespace
 
 void Pace::learn(const FrameWork& work) {
-  learn_rate(pixel_, work.camera_seconds, work.pixels);
-  learn_rate(ray_, work.gather_seconds, work.gather_rays);
-  learn_rate(photon_, work.photon_seconds, work.photons);
+  learn_rate(cost_.pixel_s, work.camera_seconds, work.pixels);
+  learn_rate(cost_.ray_s, work.gather_seconds, work.gather_rays);
+  learn_rate(cost_.photon_s, work.photon_seconds, work.photons);
 }
 
 FrameEffort Pace::plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t photons, bool new_photons,
@@ -37,22 +37,21 @@ FrameEffort Pace::plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t
   FrameEffort effort{1, gather, photons};
   double left = seconds * kMargin;
   if (new_photons) {
-    const auto affordable = static_cast<std::uint64_t>(left * kPhotonShare / photon_);
+    const auto affordable = static_cast<std::uint64_t>(left * kPhotonShare / cost_.photon_s);
     effort.photons = std::min(photons, std::max(affordable, std::min(kMinPhotons, photons)));
-    left -= static_cast<double>(effort.photons) * photon_;
+    left -= static_cast<double>(effort.photons) * cost_.photon_s;
   }
   const auto whole = static_cast<double>(pixels);
   const double room = std::max(left, 0.0);
-  const auto cost = [&](double rays) { return pixel_ + rays * ray_; };
-  const auto rays_for = [&](double count) { return (room / std::max(count, 1.0) - pixel_) / ray_; };
+  const auto rays_for = [&](double count) { return (room / std::max(count, 1.0) - cost_.pixel_s) / cost_.ray_s; };
   // Rays down to a quarter, ...
   const auto quarter = std::max<std::uint32_t>(gather / 4, std::min<std::uint32_t>(gather, 1));
   double rays = std::clamp(rays_for(whole), static_cast<double>(quarter), static_cast<double>(gather));
   // ... then pixels, down to half of each side, then rays to one, then pixels again.
-  double share = room / (whole * cost(rays));
+  double share = room / (whole * cost_.sample_s(rays));
   if (share < 0.25) {
     rays = std::clamp(rays_for(whole * 0.25), std::min(1.0, static_cast<double>(gather)), rays);
-    share = room / (whole * cost(std::floor(rays)));
+    share = room / (whole * cost_.sample_s(std::floor(rays)));
   }
   effort.gather = static_cast<std::uint32_t>(rays);
   effort.scale = std::clamp(static_cast<float>(std::sqrt(share)), kMinScale, 1.0f);
@@ -60,7 +59,7 @@ FrameEffort Pace::plan(std::uint64_t pixels, std::uint32_t gather, std::uint64_t
 }
 
 std::uint32_t Pace::resting_gather(std::uint64_t pixels, std::uint32_t gather, double seconds) const {
-  const double rays = (seconds / static_cast<double>(std::max<std::uint64_t>(pixels, 1)) - pixel_) / ray_;
+  const double rays = (seconds / static_cast<double>(std::max<std::uint64_t>(pixels, 1)) - cost_.pixel_s) / cost_.ray_s;
   return static_cast<std::uint32_t>(std::clamp(rays, 1.0, std::max(1.0, static_cast<double>(gather))));
 }
 

@@ -2,14 +2,16 @@
 #pragma once
 #include <cstdint>
 
+#include "settings/cost.h"
+
 namespace glowworm {
 
 /// Work and time of a frame.
 struct FrameWork {
   std::uint64_t pixels = 0, gather_rays = 0, photons = 0;
-  double camera_seconds = 0;  ///< work per pixel: camera rays, direct light, reuse, filter
-  double gather_seconds = 0;  ///< work per gather ray: tracing, density estimation, completion
-  double photon_seconds = 0;  ///< work per photon: tracing, radii, index
+  double camera_seconds = 0;  ///< of all pixels: camera rays, direct light, reuse, filter
+  double gather_seconds = 0;  ///< of all gather rays: tracing, density estimation, completion
+  double photon_seconds = 0;  ///< of all photons: tracing, radii, index
 };
 
 /// Planned work of a frame.
@@ -37,8 +39,7 @@ class Pace {
   std::uint32_t resting_gather(std::uint64_t pixels, std::uint32_t gather, double seconds) const;
 
  private:
-  // Seconds each; initial values of a slow machine, so that the first frames are quick.
-  double pixel_ = 1e-6, ray_ = 1e-6, photon_ = 4e-6;
+  Cost cost_ = kUsualCost;  // wall seconds; of one core, so that the first frames are quick
 };
 
 }  // namespace glowworm

@@ -15,6 +15,7 @@
 #include "photon/material_lobes.h"
 #include "scene/light_groups.h"
 #include "scene/scene.h"
+#include "settings/cost.h"
 #include "settings/options.h"
 
 namespace glowworm {
@@ -41,8 +42,6 @@ constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinM
 constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
 constexpr double kProgressiveShare = 0.5;
-/// Photons that a core of 2020 traces in a second, at least.
-constexpr double kPhotonsPerSecond = 40'000;
 /// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
 /// is a constant because the choice must not depend on the machine.
 constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
@@ -80,7 +79,7 @@ double pixel_count(const RenderSettings& s) { return static_cast<double>(s.width
 void resolve_gather(RenderSettings& s) {
   double gather = s.default_gather;
   if (s.time_limit_s > 0) {
-    const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores * kQueriesPerSecond;
+    const double queries = s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.ray_s;
     gather = std::min(gather, queries / pixel_count(s));
   }
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
@@ -95,7 +94,7 @@ void resolve_photons(RenderSettings& s) {
   double photons =
       std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, kMinPhotons, share * kMaxPhotons);
   if (s.time_limit_s > 0)
-    photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores * kPhotonsPerSecond);
+    photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.photon_s);
   // Two digits: the number is a choice, not a measurement.
   const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
   s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));

@@ -133,10 +133,6 @@ struct RenderSettings {
   SampleRange sample_range() const;
 };
 
-/// Query points that a core of 2020 gathers and looks up in a second, at least; newer ones are two or three times as
-/// fast. Used by renders with a time limit.
-inline constexpr double kQueriesPerSecond = 500'000;
-
 /// Whether the render filters its image.
 bool filters(const RenderSettings& settings);
 

@@ -27,7 +27,7 @@ constexpr AutomaticNumbers kAll{true, true, true};
 
 TEST(TimeFit, LeavesFastMachinesAlone) {
   const RenderSettings s = resolve(limited(20), cornell());
-  const RenderSettings fitted = fitted_settings(s, kAll, {1e-6, 1e-5}, 20);
+  const RenderSettings fitted = fitted_settings(s, kAll, {.ray_s = 1e-5 / s.gather, .photon_s = 1e-6}, 20);
   EXPECT_EQ(fitted.photons, s.photons);
   EXPECT_EQ(fitted.gather, s.gather);
   EXPECT_FALSE(may_need_fitting(s, kAll, 1000));
@@ -39,14 +39,13 @@ TEST(TimeFit, LeavesFastMachinesAlone) {
 TEST(TimeFit, GivesPhotonsAndAFirstImageTheirShares) {
   const RenderSettings s = resolve(limited(20), cornell());
   for (const double slowness : {1.0, 3.0, 10.0, 30.0}) {
-    const Speed speed{1e-4 * slowness, 1e-3 * slowness};
-    const RenderSettings fitted = fitted_settings(s, kAll, speed, 20);
+    const Cost cost{.ray_s = 1e-3 * slowness / s.gather, .photon_s = 1e-4 * slowness};
+    const RenderSettings fitted = fitted_settings(s, kAll, cost, 20);
     EXPECT_LT(fitted.photons, s.photons);
-    const double photons_s = speed.photon_s * static_cast<double>(fitted.photons);
+    const double photons_s = cost.photon_s * static_cast<double>(fitted.photons);
     EXPECT_LE(photons_s, 8.01);
     EXPECT_GT(photons_s, 7);
-    // The time of a sample is in proportion to its gather rays.
-    const double image_s = speed.slot_s * 64 * 64 * fitted.gather / s.gather;
+    const double image_s = cost.sample_s(fitted.gather) * 64 * 64;
     EXPECT_LE(photons_s + image_s, 20) << slowness;
     EXPECT_EQ(fitted.light_samples, resolve(
                                         [&] {
@@ -61,7 +60,7 @@ TEST(TimeFit, GivesPhotonsAndAFirstImageTheirShares) {
 
 TEST(TimeFit, KeepsNumbersThatAreGiven) {
   const RenderSettings s = resolve(limited(20), cornell());
-  const RenderSettings fitted = fitted_settings(s, {}, {1, 1}, 20);
+  const RenderSettings fitted = fitted_settings(s, {}, {.ray_s = 1, .photon_s = 1}, 20);
   EXPECT_EQ(fitted.photons, s.photons);
   EXPECT_EQ(fitted.gather, s.gather);
   EXPECT_EQ(fitted.light_samples, s.light_samples);
