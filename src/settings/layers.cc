@@ -12,7 +12,7 @@ struct LayerNeeds {
   PlaceLayers places = {};
 };
 
-constexpr LayerNeeds kLayers[] = {
+constexpr LayerNeeds kLayerNeeds[] = {
     {"emitted", 3},
     {"direct", 3},
     {"indirect", 3},
@@ -33,13 +33,13 @@ constexpr LayerNeeds kLayers[] = {
     {"cryptomatte", 4 * kMaxIdsOfPixel, {.objects = true, .materials = true}},
 };
 
-const LayerNeeds& needs_of(const std::string& name) { return kLayers[name_index("AOV", name, aov_names())]; }
+const LayerNeeds& needs_of(const std::string& name) { return kLayerNeeds[name_index("AOV", name, aov_names())]; }
 
 }  // namespace
 
 std::vector<std::string> aov_names() {
   std::vector<std::string> names;
-  for (const LayerNeeds& layer : kLayers) names.emplace_back(layer.name);
+  for (const LayerNeeds& layer : kLayerNeeds) names.emplace_back(layer.name);
   return names;
 }
 
