@@ -15,7 +15,7 @@ namespace {
 constexpr rlim_t kStackBytes = rlim_t{16} << 20, kOpenFiles = 64;
 
 /// Limits a resource. A later call may raise the limit again.
-void limit(__rlimit_resource resource, rlim_t most) {
+void set_limit(__rlimit_resource resource, rlim_t most) {
   rlimit limits{};
   getrlimit(resource, &limits);
   limits.rlim_cur = std::min(limits.rlim_max, most);
@@ -30,18 +30,18 @@ void confine() {
   signal(SIGINT, SIG_IGN);
   for (const int number : {SIGXCPU, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) signal(number, SIG_DFL);
   close_range(kChildDescriptor + 1, ~0u, 0);
-  limit(RLIMIT_STACK, kStackBytes);
-  limit(RLIMIT_NOFILE, kOpenFiles);
-  limit(RLIMIT_FSIZE, 0);  // it writes no files
-  limit(RLIMIT_CORE, 0);
+  set_limit(RLIMIT_STACK, kStackBytes);
+  set_limit(RLIMIT_NOFILE, kOpenFiles);
+  set_limit(RLIMIT_FSIZE, 0);  // it writes no files
+  set_limit(RLIMIT_CORE, 0);
   std::set_new_handler([] { end_child(ChildExit::out_of_memory); });
 }
 
 void limit_child(std::uint64_t memory_bytes, unsigned cpu_seconds) {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
-  limit(RLIMIT_AS, memory_bytes);
-  limit(RLIMIT_CPU, static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + cpu_seconds);
+  set_limit(RLIMIT_AS, memory_bytes);
+  set_limit(RLIMIT_CPU, static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + cpu_seconds);
 }
 
 void send_to_parent(const void* data, std::size_t size) {

@@ -380,7 +380,8 @@ TEST(Api, OptionsOfLoadingChangeAScene) {
   gw::RenderOptions dark;
   dark.width = dark.height = 8;
   dark.samples = 1;
-  for (const float value : gw::render(scene, dark).layer().samples) EXPECT_EQ(value, 0);
+  const gw::Picture picture = gw::render(scene, dark);
+  for (const float value : picture.layer().samples) EXPECT_EQ(value, 0);
   options.environment = "1,2,3";
   options.more = {{"studio-light", "on"}, {"fov", "30"}};
   EXPECT_EQ(gw::Scene::load(path, options).lights(), std::vector<std::string>{"environment"});
@@ -401,9 +402,9 @@ TEST(Api, LightsAreEdited) {
   options.samples = 4;
   options.photons = 1000;
   const auto sum = [&] {
+    const gw::Picture picture = gw::render(scene.with_lights({&edit, 1}), options);
     double all = 0;
-    for (const float value : gw::render(scene.with_lights({&edit, 1}), options).layer().samples)
-      all += static_cast<double>(value);
+    for (const float value : picture.layer().samples) all += static_cast<double>(value);
     return all;
   };
   const double before = sum();

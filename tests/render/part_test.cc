@@ -173,14 +173,16 @@ TEST_F(PartTest, APartContinuesFromItsOwnCheckpointAlone) {
               HasSubstr("begins after 2 samples"));
   settings.part = {3, 6};
   const Checkpoint whole = resumed.checkpoint();
-  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &whole); }), HasSubstr("beyond"));
+  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &whole); }),
+              HasSubstr("do not belong to the part"));
   // Some pixels are enough.
   Film film = stage.render(settings);
   film.take_rows(resumed.film().rows(0, 3));
   Checkpoint uneven = whole;
   uneven.passes = 1;
   uneven.film = film.save();
-  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &uneven); }), HasSubstr("beyond"));
+  EXPECT_THAT(refusal([&] { Job(stage.scene, stage.tracer, settings, &uneven); }),
+              HasSubstr("do not belong to the part"));
 }
 
 TEST_F(PartTest, PartsOfOtherRendersAreRefusedByName) {

@@ -86,7 +86,7 @@ ChiSquaredResult chi_squared_square(const Point& point, const Density& density, 
 template <class SampleDirection, class Density>
 ChiSquaredResult chi_squared_sphere_of_jumps(const SampleDirection& sample_direction, const Density& density,
                                              int samples) {
-  constexpr int cosine_bins = 12, angle_bins = 12, steps = 32, bins = cosine_bins * angle_bins;
+  constexpr int cosine_bins = 12, angle_bins = 12, steps = 64, bins = cosine_bins * angle_bins;
   const double pi = std::acos(-1.0);
   std::vector<double> observed(bins + 1, 0.0), expected(bins + 1, 0.0);
   for (int n = 0; n < samples; ++n) {
