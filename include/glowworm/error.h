@@ -21,8 +21,11 @@ enum class ErrorCode : std::uint8_t {
   memory,   ///< the memory budget or the machine's memory is too small
 };
 
+// The shared library exports these types, so that its callers can catch them.
+#pragma GCC visibility push(default)
+
 /// An error with a message for the user: what is wrong, where, and what to do about it.
-class [[gnu::visibility("default")]] Error : public std::runtime_error {
+class Error : public std::runtime_error {
  public:
   /// @param message what was found and what was expected
   /// @param remedy  what the user can do; may be empty
@@ -41,8 +44,12 @@ class [[gnu::visibility("default")]] Error : public std::runtime_error {
 };
 
 /// Thrown by work that was cancelled.
-class [[gnu::visibility("default")]] Cancelled
-    : public std::runtime_error{public : Cancelled() : std::runtime_error("cancelled"){}};
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+#pragma GCC visibility pop
 
 }  // namespace glowworm
 

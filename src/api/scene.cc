@@ -76,8 +76,8 @@ std::vector<std::string> load_option_names() {
 Scene Scene::load(const std::string& path, const LoadOptions& options) {
   SceneChanges changes;
   changes.z_up = options.z_up;
-  check(options.scale > 0 && std::isfinite(options.scale), "the scale of a scene is not a length",
-        "Give metres per unit of the file, above 0.");
+  check(options.scale > 0 && std::isfinite(options.scale), "the scale of a scene must be a finite number above 0",
+        "Give metres per unit of the file.");
   changes.metres_per_unit = options.scale;
   if (!options.environment.empty()) parse_environment(options.environment, changes);
   changes.sky = options.sky;
@@ -103,7 +103,7 @@ Scene Scene::with_lights(std::span<const LightEdit> edits) const {
   for (const LightEdit& edit : edits) {
     const std::string name = "the light '" + edit.light + "'";
     check(edit.scale >= 0 && std::isfinite(edit.scale), "the scale of " + name + " is negative or not finite", "");
-    check_finite(edit.move, "the way of " + name);
+    check_finite(edit.move, "the move of " + name);
     check_finite(edit.turn, "the turn of " + name);
     all[name_index("the light", edit.light, lights())] = {edit.on, edit.scale, inner(edit.move), inner(edit.turn)};
   }

@@ -122,7 +122,7 @@ int run_merge(MergeOptions& o) {
 }
 
 constexpr const char* kMergeFooter = R"(
-All parts of a render give the bits of the undivided render. Some of them give a picture of fewer samples. Parts may be
+Merging all parts reproduces the render bit for bit; merging some gives a noisier image. Parts may be
 merged into a larger part (-o all.part), to be merged again. The layers are those of the --aov of the parts.
 
 Examples:

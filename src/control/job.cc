@@ -30,9 +30,9 @@ constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
 /// Most of the time left that choosing a round may take.
 constexpr double kChoiceShare = 0.25;
 
-/// Whether a render that ends by noise looks at it after so many passes. Few samples may not have found some light yet;
-/// a filter that costs as much as a share of a pass runs after every eighth part more of them.
-bool looks_at_noise(std::uint32_t passes, bool filtered) {
+/// Whether to test the noise after this pass. Few samples may not have found some light yet. The filter costs as much
+/// as a share of a pass, so filtered pictures are tested each time their passes have grown by an eighth.
+bool tests_noise_after(std::uint32_t passes, bool filtered) {
   if (!filtered) return passes >= 2;
   return passes >= kEvenSamples && passes % std::max(std::bit_floor(passes) / 8, 1u) == 0;
 }
@@ -208,7 +208,7 @@ void Job::resume(const Checkpoint& checkpoint) {
   if (!checkpoint.round.empty() && !is_round_of(settings_.bounds, checkpoint.round))
     throw Error("the checkpoint is corrupt: its numbers of samples are invalid", "Remove the file to start again.");
   if (!is_variance(checkpoint.photon_variance))
-    throw Error("the checkpoint holds noise of photons that no render can have", "Remove the file to start again.");
+    throw Error("the checkpoint is corrupt: its noise of photons is invalid", "Remove the file to start again.");
   photon_variance_ = checkpoint.photon_variance;
   passes_ = checkpoint.passes;
   round_ = checkpoint.round;
@@ -276,7 +276,7 @@ bool Job::knows_noise() const {
 }
 
 bool Job::reached_noise_target() {
-  if (!(settings_.noise_target > 0) || !looks_at_noise(passes_, filters(settings_)) || !knows_noise()) return false;
+  if (!(settings_.noise_target > 0) || !tests_noise_after(passes_, filters(settings_)) || !knows_noise()) return false;
   const PhaseTimer timer(statistics_, Phase::filter);
   const DiskMemory::Scope scope(disk_.get());
   if (relative_error(shown_picture(film_, settings_)) > noise_of_samples()) return false;

@@ -14,7 +14,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::uint64_t kLeastPhotons = 1000;
 /// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
 constexpr double kLeastRoom = 0.1;
 /// Most of the time left that photons, and then a first image, may take.
@@ -25,12 +24,6 @@ constexpr double kGuideShare = 0.5;
 /// share of the picture.
 constexpr int kTaskSide = 32, kTaskRows = 2;
 constexpr int kLeastShareInverse = 16;
-
-/// Two digits: the number is a choice, not a measurement.
-std::uint64_t two_digits(double value) {
-  const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 1.0))) - 1);
-  return static_cast<std::uint64_t>(std::max(std::floor(value / unit) * unit, 1.0));
-}
 
 }  // namespace
 

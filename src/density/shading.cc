@@ -16,18 +16,17 @@ void check_policy(const PhotonBatch& photons, const RadiusPolicy& policy, const 
         throw Error(fmt::format("the {} density engine cannot take the k nearest photons", without_nearest),
                     "Use --engine knn, or a radius for each photon.");
       if (policy.k == 0) throw Error("a k-nearest density estimate needs at least one photon (k is 0)");
-      if (!usable(policy.max_radius))
-        throw Error(fmt::format("maximal photon radius {} is no length", policy.max_radius));
+      if (!usable(policy.max_radius)) throw Error(fmt::format("invalid maximal photon radius {}", policy.max_radius));
       break;
     case RadiusKind::fixed:
-      if (!usable(policy.radius)) throw Error(fmt::format("photon radius {} is no length", policy.radius));
+      if (!usable(policy.radius)) throw Error(fmt::format("invalid photon radius {}", policy.radius));
       break;
     case RadiusKind::per_photon:
       if (policy.radii.size() != photons.size()) {
         throw Error(fmt::format("{} radii were given for {} photons", policy.radii.size(), photons.size()));
       }
       for (const float radius : policy.radii) {
-        if (!usable(radius)) throw Error(fmt::format("photon radius {} is no length", radius));
+        if (!usable(radius)) throw Error(fmt::format("invalid photon radius {}", radius));
       }
       break;
   }

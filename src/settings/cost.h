@@ -1,5 +1,6 @@
 // What work costs. Renders with a time limit, their schedules and interactive sessions plan by it.
 #pragma once
+#include <cstdint>
 
 namespace glowworm {
 
@@ -17,5 +18,11 @@ struct Cost {
 inline constexpr Cost kUsualCost{1e-6, 2e-6, 25e-6};
 /// A machine of which other programs take the most part needs this multiple of kUsualCost, at most.
 inline constexpr double kMostSlowdown = 10;
+
+/// Fewest photons that are chosen for a picture.
+inline constexpr std::uint64_t kLeastPhotons = 1000;
+
+/// A number rounded down to two digits, at least 1: it is a choice, not a measurement.
+std::uint64_t two_digits(double value);
 
 }  // namespace glowworm

@@ -95,9 +95,7 @@ void resolve_photons(RenderSettings& s) {
       std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, kMinPhotons, share * kMaxPhotons);
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.photon_s);
-  // Two digits: the number is a choice, not a measurement.
-  const double unit = std::pow(10.0, std::floor(std::log10(std::max(photons, 1.0))) - 1);
-  s.photons = static_cast<std::uint64_t>(std::max(std::floor(photons / unit) * unit, 1000.0));
+  s.photons = std::max(two_digits(photons), kLeastPhotons);
 }
 
 /// A path tracer has photons for light that no path finds. Each sample has new ones, so that the spread of the samples
@@ -136,6 +134,11 @@ void check_light_groups(const RenderSettings& s) {
 }
 
 }  // namespace
+
+std::uint64_t two_digits(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 1.0))) - 1);
+  return static_cast<std::uint64_t>(std::max(std::floor(value / unit) * unit, 1.0));
+}
 
 PixelBounds CropWindow::pixels(int width, int height) const {
   // Not of the rounding errors of fractions such as 0.1 * 30.
