@@ -429,7 +429,10 @@ Job::TaskResult Job::compute(CameraTasks places) {
     out.radiance = std::move(result.radiance);
     out.first_hit = std::move(result.first_hit);
   }
-  out.not_finite = drop_infinite_samples(out.radiance);
+  {
+    const PhaseTimer timer(statistics_, Phase::completion);
+    out.not_finite = drop_infinite_samples(out.radiance);
+  }
   query_point_bytes_ = memory_.most_query_bytes;
   task_seconds_ = seconds() - start;
   slot_seconds_ = task_seconds_ / static_cast<double>(places.slot_count());
@@ -447,6 +450,7 @@ void Job::add_samples(Film& film, CameraTasks places, const TaskResult& result) 
 
 void Job::put(CameraTasks places, const TaskResult& result) {
   ++tasks_;
+  const PhaseTimer timer(statistics_, Phase::completion);
   const std::lock_guard lock(film_mutex_);
   // Two ranks may have computed them.
   if (std::all_of(places.begin(), places.end(), [&](const CameraTask& place) { return film_.has(place); })) return;
