@@ -1,0 +1,96 @@
+// Photons in participating media, in structure-of-arrays form: points where they scatter, and beams between these.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "core/large_array.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+
+namespace glowworm {
+
+/// Photons that scatter in a medium. Index i is one photon. Radiance along a segment is the sum of K2 T p flux, with a
+/// kernel K2 (m^-2), the transmittance T to the photon and the phase function p (sr^-1): Jarosz, Zwicker and Jensen,
+/// "The Beam Radiance Estimate for Volumetric Photon Mapping", 2008.
+struct VolumePhotons {
+  LargeVector<Vec3> position;         ///< metres
+  LargeVector<Vec3> direction;        ///< unit, of travel before the photon scatters
+  LargeVector<RGB> flux;              ///< W, that is scattered: of the photon that arrives, times sigma_s / sigma_t
+  LargeVector<std::uint32_t> medium;  ///< index; photons count only in segments of the same medium
+  LargeVector<std::uint32_t> source;  ///< light source, counted as in Scene::light_power()
+
+  std::size_t size() const { return position.size(); }
+  /// Calls work(array of each batch...) for each of the arrays.
+  template <class Work, class... Batches>
+  static void for_arrays(const Work& work, Batches&... batches) {
+    work(batches.position...);
+    work(batches.direction...);
+    work(batches.flux...);
+    work(batches.medium...);
+    work(batches.source...);
+  }
+  void resize(std::size_t n) {
+    for_arrays([n](auto& array) { array.resize(n); }, *this);
+  }
+  void reserve(std::size_t n) {
+    for_arrays([n](auto& array) { array.reserve(n); }, *this);
+  }
+  void clear() { resize(0); }
+  void push_back(Vec3 p, Vec3 d, RGB f, std::uint32_t m, std::uint32_t s) {
+    position.push_back(p);
+    direction.push_back(d);
+    flux.push_back(f);
+    medium.push_back(m);
+    source.push_back(s);
+  }
+  void append(const VolumePhotons& other) {
+    for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
+  }
+};
+
+/// Short photon beams: straight parts of photons' paths, from where a photon enters a medium or scatters to where it
+/// next scatters, is absorbed, or leaves the medium. Index i is one beam. A photon travels as far as the medium lets
+/// it, so no transmittance is applied along a beam, and its flux is the same everywhere on it. In a medium that
+/// absorbs some colours more than others, a path whose flux changes on its way takes several beams, one behind the
+/// other. Radiance along a segment is the sum of K1 / sin(theta) T sigma_s p flux: Jarosz, Nowrouzezahrai, Sadeghi and
+/// Jensen, "A Comprehensive Theory of Volumetric Radiance Estimation", 2011.
+struct VolumeBeams {
+  LargeVector<Vec3> origin;           ///< metres
+  LargeVector<Vec3> direction;        ///< unit, of travel
+  LargeVector<float> length;          ///< metres, finite
+  LargeVector<RGB> flux;              ///< W, of the photon on the way
+  LargeVector<std::uint32_t> medium;  ///< index; beams count only in segments of the same medium
+  LargeVector<std::uint32_t> source;  ///< light source, counted as in Scene::light_power()
+
+  std::size_t size() const { return origin.size(); }
+  /// Calls work(array of each batch...) for each of the arrays.
+  template <class Work, class... Batches>
+  static void for_arrays(const Work& work, Batches&... batches) {
+    work(batches.origin...);
+    work(batches.direction...);
+    work(batches.length...);
+    work(batches.flux...);
+    work(batches.medium...);
+    work(batches.source...);
+  }
+  void resize(std::size_t n) {
+    for_arrays([n](auto& array) { array.resize(n); }, *this);
+  }
+  void reserve(std::size_t n) {
+    for_arrays([n](auto& array) { array.reserve(n); }, *this);
+  }
+  void clear() { resize(0); }
+  void push_back(Vec3 o, Vec3 d, float l, RGB f, std::uint32_t m, std::uint32_t s) {
+    origin.push_back(o);
+    direction.push_back(d);
+    length.push_back(l);
+    flux.push_back(f);
+    medium.push_back(m);
+    source.push_back(s);
+  }
+  void append(const VolumeBeams& other) {
+    for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
+  }
+};
+
+}  // namespace glowworm
