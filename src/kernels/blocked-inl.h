@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include "kernels/block_lanes-inl.h"
 #include "kernels/blocked.h"
 #include "kernels/kernel_shape-inl.h"
 
@@ -22,12 +23,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 #undef GLOWWORM_KEEP_IN_MEMORY
 #define GLOWWORM_KEEP_IN_MEMORY(array) asm volatile("" : : "r"(array) : "memory")
 
-/// Lanes across the eight photons of a block, or the eight children of a node.
-using BlockTag = hn::CappedTag<float, kBlockWidth>;
+static_assert(kBlockItems == kBlockWidth);
 /// Lanes across query points.
 using TileTag = hn::CappedTag<float, 16>;
-using BlockVector = hn::Vec<BlockTag>;
-using BlockMask = hn::Mask<BlockTag>;
 using TileVector = hn::Vec<TileTag>;
 
 constexpr std::size_t kTileLanes = hn::MaxLanes(TileTag());
@@ -97,30 +95,6 @@ struct SpreadBounds {
     lowest_cosine = hn::Set(d, min_normal_cosine - bounds.spread - kNormalMargin);
   }
 };
-
-/// For each mask: the set lanes, in order.
-struct LaneTable {
-  alignas(8) std::uint8_t lanes[256][kBlockWidth] = {};
-  constexpr LaneTable() {
-    for (int bits = 0; bits < 256; ++bits)
-      for (int lane = 0, next = 0; lane < kBlockWidth; ++lane)
-        if (bits >> lane & 1) lanes[bits][next++] = static_cast<std::uint8_t>(lane);
-  }
-};
-constexpr LaneTable kLaneTable;
-
-/// Appends first + i for every set lane i to a list with room for another whole vector, and advances its end.
-/// (CompressStore of Highway 1.0 copies its table to the stack each time.)
-HWY_INLINE void append_lanes(BlockMask mask, std::uint32_t first, std::uint32_t*& end) {
-  const BlockTag d;
-  const hn::RebindToUnsigned<BlockTag> du;
-  const hn::Rebind<std::uint8_t, BlockTag> du8;
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  const auto lanes = hn::PromoteTo(du, hn::LoadU(du8, kLaneTable.lanes[bits[0]]));
-  hn::StoreU(hn::Add(lanes, hn::Set(du, first)), du, end);
-  end += hwy::PopCount(bits[0]);
-}
 
 /// Appends first + i for every child i that may hold photons in support of a point in the bounds.
 HWY_INLINE void append_children(const BlockNode& node, const SpreadBounds& q, std::uint32_t first,

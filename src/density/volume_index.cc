@@ -1,0 +1,310 @@
+#include "density/volume_index.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "density/reorder.h"
+#include "kernels/compact_sort.h"
+
+namespace glowworm {
+
+namespace {
+
+static_assert(kVolumeBlock == kCompactWidth);
+// Photons that are sorted together, after a Hilbert curve has grouped them.
+constexpr std::size_t kVolumeRun = 512;
+constexpr std::size_t kVolumeGrain = 1024;
+// Bounds of boxes are wider than their photons by this share of the coordinates.
+constexpr float kBoxRounding = 1e-6f;
+
+/// Whether a photon of this radius adds anything, and the inverse of its square is a number.
+bool has_weight(RGB flux, float radius) {
+  return is_finite(flux) && !is_black(flux) && radius > 0 && std::isfinite(radius) &&
+         std::isfinite(1 / (radius * radius));
+}
+
+/// Flux times the norm of the kernel.
+RGB scaled_flux(RGB flux, float radius) {
+  return flux * static_cast<float>(2 / std::numbers::pi / (static_cast<double>(radius) * radius));
+}
+
+template <class Block>
+void set_place(Block& block, std::size_t lane, Vec3 place, Vec3 direction, float radius, RGB flux) {
+  block.x[lane] = place.x;
+  block.y[lane] = place.y;
+  block.z[lane] = place.z;
+  block.dx[lane] = direction.x;
+  block.dy[lane] = direction.y;
+  block.dz[lane] = direction.z;
+  block.radius[lane] = radius;
+  block.r[lane] = flux.r;
+  block.g[lane] = flux.g;
+  block.b[lane] = flux.b;
+}
+
+/// Photons, as the index sees them.
+struct PhotonItems {
+  const VolumePhotons& photons;
+  std::span<const RGB> flux;
+  std::span<const float> radii;
+  float scale;
+
+  std::size_t size() const { return photons.size(); }
+  std::uint32_t medium(std::size_t i) const { return photons.medium[i]; }
+  bool counts(std::size_t i) const {
+    return has_weight(flux[i], radii[i] * scale) && is_finite(photons.position[i]) && is_finite(photons.direction[i]);
+  }
+  Vec3 middle(std::size_t i) const { return photons.position[i]; }
+  CompactRow row(std::size_t i) const {
+    const Vec3 p = photons.position[i];
+    return {{p.x, p.y, p.z, 0, 0, 0, radii[i] * scale, 0}};
+  }
+  void fill(VolumePhotonBlock& block, std::size_t lane, std::size_t i) const {
+    const float radius = radii[i] * scale;
+    set_place(block, lane, photons.position[i], photons.direction[i], radius, scaled_flux(flux[i], radius));
+    block.inverse_radius_squared[lane] = 1 / (radius * radius);
+  }
+  static void clear(VolumePhotonBlock& block, std::size_t lane) {
+    set_place(block, lane, {0, 0, 0}, {0, 0, 0}, kNoRadius, RGB(0.0f));
+    block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
+  }
+};
+
+/// Pieces of beams, as the index sees them.
+struct PieceItems {
+  const VolumeBeams& beams;
+  std::span<const RGB> flux;
+  const BeamPieces& pieces;
+  float scale;
+  LargeArray<std::uint32_t> beam;  // of each piece
+
+  PieceItems(const VolumeBeams& all, std::span<const RGB> fluxes, const BeamPieces& cut, float radius_scale)
+      : beams(all), flux(fluxes), pieces(cut), scale(radius_scale), beam(cut.radii.size()) {
+    parallel_for_each(beams.size(), kVolumeGrain, [&](std::size_t i) {
+      std::fill(beam.begin() + pieces.first[i], beam.begin() + pieces.first[i + 1], static_cast<std::uint32_t>(i));
+    });
+  }
+  std::size_t size() const { return beam.size(); }
+  std::uint32_t medium(std::size_t piece) const { return beams.medium[beam[piece]]; }
+  bool counts(std::size_t piece) const {
+    const std::uint32_t i = beam[piece];
+    return has_weight(flux[i], radius(piece)) && is_finite(beams.origin[i]) && is_finite(beams.direction[i]) &&
+           beams.length[i] > 0 && std::isfinite(beams.length[i]);
+  }
+  float radius(std::size_t piece) const { return pieces.radii[piece] * scale; }
+  /// A place on a piece's beam, `share` of the piece's length behind its beginning.
+  Vec3 place(std::size_t piece, float share) const {
+    const std::uint32_t i = beam[piece], first = pieces.first[i], count = pieces.first[i + 1] - first;
+    const float distance = beams.length[i] * ((static_cast<float>(piece - first) + share) / static_cast<float>(count));
+    return beams.origin[i] + beams.direction[i] * distance;
+  }
+  float length(std::size_t piece) const {
+    const std::uint32_t i = beam[piece];
+    return beams.length[i] / static_cast<float>(pieces.first[i + 1] - pieces.first[i]);
+  }
+  Vec3 middle(std::size_t piece) const { return place(piece, 0.5f); }
+  CompactRow row(std::size_t piece) const {
+    const Vec3 p = place(piece, 0), q = place(piece, 1);
+    // A radius of 1 weighs both ends alike.
+    return {{p.x, p.y, p.z, q.x, q.y, q.z, 1, 0}};
+  }
+  void fill(BeamBlock& block, std::size_t lane, std::size_t piece) const {
+    const std::uint32_t i = beam[piece];
+    const float r = radius(piece);
+    set_place(block, lane, place(piece, 0), beams.direction[i], r, scaled_flux(flux[i], r));
+    block.radius_squared[lane] = r * r;
+    block.length[lane] = length(piece);
+  }
+  static void clear(BeamBlock& block, std::size_t lane) {
+    set_place(block, lane, {0, 0, 0}, {0, 0, 0}, kNoRadius, RGB(0.0f));
+    block.radius_squared[lane] = block.length[lane] = 0;
+  }
+};
+
+/// The items to index, by medium, and along a Hilbert curve in each.
+template <class Items>
+std::vector<std::uint32_t> order_of(const Items& items) {
+  std::vector<std::uint32_t> kept;
+  std::vector<bool> counts(items.size());
+  // Bits of one word are of one piece of work.
+  parallel_for_each(items.size(), 64 * kVolumeGrain, [&](std::size_t i) { counts[i] = items.counts(i); });
+  for (std::uint32_t i = 0; i < items.size(); ++i)
+    if (counts[i]) kept.push_back(i);
+  std::vector<Vec3> middle(kept.size());
+  parallel_for_each(kept.size(), kVolumeGrain, [&](std::size_t i) { middle[i] = items.middle(kept[i]); });
+  const ReorderSettings settings{ReorderMethod::radix, 0, std::min(10, automatic_depth(8 * kept.size(), kept.size()))};
+  std::vector<std::uint32_t> order = hilbert_order(middle, bounds_of(middle), kept.size(), settings);
+  for (std::uint32_t& i : order) i = kept[i];
+  const auto before = [&](std::uint32_t a, std::uint32_t b) { return items.medium(a) < items.medium(b); };
+  if (!std::is_sorted(order.begin(), order.end(), before)) std::stable_sort(order.begin(), order.end(), before);
+  return order;
+}
+
+/// A box and the largest radius in it.
+struct ReachBox {
+  Box3 box;
+  float radius = kNoRadius;
+};
+
+ReachBox bounds_of_block(const VolumePhotonBlock& block) {
+  ReachBox bounds;
+  for (std::size_t lane = 0; lane < kVolumeBlock && block.radius[lane] > 0; ++lane) {
+    bounds.box.grow(Vec3{block.x[lane], block.y[lane], block.z[lane]});
+    bounds.radius = std::max(bounds.radius, block.radius[lane]);
+  }
+  return bounds;
+}
+
+ReachBox bounds_of_block(const BeamBlock& block) {
+  ReachBox bounds;
+  for (std::size_t lane = 0; lane < kVolumeBlock && block.radius[lane] > 0; ++lane) {
+    const Vec3 begin{block.x[lane], block.y[lane], block.z[lane]};
+    bounds.box.grow(begin);
+    bounds.box.grow(begin + Vec3{block.dx[lane], block.dy[lane], block.dz[lane]} * block.length[lane]);
+    bounds.radius = std::max(bounds.radius, block.radius[lane] + kBeamRounding * block.length[lane]);
+  }
+  return bounds;
+}
+
+ReachBox bounds_of_node(const VolumeNode& node) {
+  ReachBox bounds;
+  for (std::size_t c = 0; c < kVolumeBlock && node.radius[c] > 0; ++c) {
+    const Vec3 center{node.center_x[c], node.center_y[c], node.center_z[c]};
+    const Vec3 half{node.half_x[c], node.half_y[c], node.half_z[c]};
+    bounds.box.grow(center - half);
+    bounds.box.grow(center + half);
+    bounds.radius = std::max(bounds.radius, node.radius[c]);
+  }
+  return bounds;
+}
+
+void set_child(VolumeNode& node, std::size_t child, const ReachBox& bounds) {
+  const bool there = bounds.radius > 0;
+  const Vec3 center = there ? bounds.box.center() : Vec3{0, 0, 0};
+  Vec3 half{0, 0, 0};
+  for (int axis = 0; there && axis < 3; ++axis) {
+    const float low = bounds.box.min[axis], high = bounds.box.max[axis];
+    half[axis] = (high - low) / 2 + kBoxRounding * std::max(std::abs(low), std::abs(high));
+  }
+  node.center_x[child] = center.x;
+  node.center_y[child] = center.y;
+  node.center_z[child] = center.z;
+  node.half_x[child] = half.x;
+  node.half_y[child] = half.y;
+  node.half_z[child] = half.z;
+  node.radius[child] = bounds.radius;
+}
+
+}  // namespace
+
+VolumeIndex::VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii,
+                         float scale) {
+  build(PhotonItems{photons, flux, radii, scale}, photons_);
+}
+
+VolumeIndex::VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale) {
+  build(PieceItems(beams, flux, pieces, scale), beams_);
+}
+
+template <class Items, class Block>
+void VolumeIndex::build(const Items& items, LargeArray<Block>& blocks) {
+  // Lists hold 32-bit places.
+  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max() / 2;
+  if (items.size() > kMost)
+    throw Error("a volume map holds no more than " + std::to_string(kMost) + " photons or pieces of beams at once",
+                "Trace the photons in several passes.");
+  const std::vector<std::uint32_t> order = order_of(items);
+  std::vector<std::size_t> first;  // of each medium in the order
+  std::size_t block_count = 0;
+  const auto blocks_of = [](std::size_t count) { return (count + kVolumeBlock - 1) / kVolumeBlock; };
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i > 0 && items.medium(order[i]) == media_.back().index) continue;
+    if (i > 0) block_count += blocks_of(i - first.back());
+    media_.push_back({items.medium(order[i]), {}, block_count, {}});
+    first.push_back(i);
+  }
+  if (order.empty()) return;
+  block_count += blocks_of(order.size() - first.back());
+  first.push_back(order.size());
+  blocks = LargeArray<Block>(block_count);
+  for (std::size_t m = 0; m < media_.size(); ++m) {
+    const std::span<const std::uint32_t> mine(order.data() + first[m], first[m + 1] - first[m]);
+    const std::span<Block> own = blocks.span().subspan(media_[m].first_block, blocks_of(mine.size()));
+    parallel_for(0, mine.size(), kVolumeRun, [&](std::size_t begin, std::size_t end) {
+      std::array<CompactRow, kVolumeRun> rows, scratch;
+      alignas(64) std::array<float, kVolumeRun> column;
+      for (std::size_t i = begin; i < end; ++i) {
+        rows[i - begin] = items.row(mine[i]);
+        rows[i - begin].set_index(mine[i]);
+      }
+      compact_sort(std::span(rows).first(end - begin), scratch, column);
+      for (std::size_t i = begin; i < blocks_of(end) * kVolumeBlock; ++i) {
+        Block& block = own[i / kVolumeBlock];
+        if (i < end)
+          items.fill(block, i % kVolumeBlock, rows[i - begin].index());
+        else
+          Items::clear(block, i % kVolumeBlock);
+      }
+    });
+    build_nodes<Block>(media_[m], own);
+  }
+}
+
+template <class Block>
+void VolumeIndex::build_nodes(Medium& medium, std::span<const Block> blocks) {
+  std::size_t children = blocks.size(), first_child = 0;
+  do {
+    const std::size_t first = nodes_.size(), count = (children + kVolumeBlock - 1) / kVolumeBlock;
+    const bool lowest = medium.level_first.empty();
+    medium.level_first.push_back(first);
+    nodes_.resize(first + count);
+    parallel_for_each(count, kVolumeGrain, [&](std::size_t i) {
+      for (std::size_t c = 0; c < kVolumeBlock; ++c) {
+        const std::size_t child = i * kVolumeBlock + c;
+        set_child(nodes_[first + i], c,
+                  child >= children ? ReachBox{}
+                  : lowest          ? bounds_of_block(blocks[child])
+                                    : bounds_of_node(nodes_[first_child + child]));
+      }
+    });
+    first_child = first;
+    children = count;
+  } while (children > 1);
+  const ReachBox all = bounds_of_node(nodes_[medium.level_first.back()]);
+  const Vec3 reach{all.radius, all.radius, all.radius};
+  medium.bounds = {all.box.min - reach, all.box.max + reach};
+}
+
+VolumeTree VolumeIndex::tree(const Medium& medium) const {
+  VolumeTree tree;
+  if (has_beams())
+    tree.beams = beams_.data() + medium.first_block;
+  else
+    tree.photons = photons_.data() + medium.first_block;
+  tree.levels = static_cast<int>(medium.level_first.size());
+  for (std::size_t level = 0; level < medium.level_first.size(); ++level)
+    tree.level[level] = nodes_.data() + medium.level_first[level];
+  return tree;
+}
+
+namespace {
+
+/// All levels together hold less than 1/7 of a node for each block, plus one node for each level.
+std::uint64_t bytes_of_blocks(std::size_t items, std::size_t block_bytes) {
+  const std::uint64_t blocks = (items + kVolumeBlock - 1) / kVolumeBlock;
+  return blocks * block_bytes + (blocks / 7 + 12) * sizeof(VolumeNode);
+}
+
+}  // namespace
+
+std::uint64_t VolumeIndex::photon_bytes(std::size_t photons) {
+  return bytes_of_blocks(photons, sizeof(VolumePhotonBlock));
+}
+std::uint64_t VolumeIndex::piece_bytes(std::size_t pieces) { return bytes_of_blocks(pieces, sizeof(BeamBlock)); }
+
+}  // namespace glowworm

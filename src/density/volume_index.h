@@ -1,0 +1,56 @@
+// Volume photons, or pieces of beams, sorted into blocks of eight, with a tree of boxes over those of each medium.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/box.h"
+#include "core/large_array.h"
+#include "core/rgb.h"
+#include "density/volume_radii.h"
+#include "kernels/volume.h"
+#include "points/volume_photons.h"
+
+namespace glowworm {
+
+/// Photons or pieces in blocks. What no segment can see (without flux or radius, or not finite) is left out.
+class VolumeIndex {
+ public:
+  /// What one medium holds.
+  struct Medium {
+    std::uint32_t index = 0;  ///< VolumePhotons::medium
+    Box3 bounds;              ///< around the photons, grown by their radii
+    std::size_t first_block = 0;
+    std::vector<std::size_t> level_first;  ///< where each level begins in the nodes
+  };
+
+  /// Builds on all threads; the index does not depend on their number. @param flux of the photons, W
+  /// @param scale factor on the radii
+  VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii, float scale);
+  VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale);
+  VolumeIndex() = default;
+
+  /// In ascending order of their indices.
+  std::span<const Medium> media() const { return media_; }
+  bool empty() const { return media_.empty(); }
+  bool has_beams() const { return beams_.size() > 0; }
+  /// The view for the kernels; valid until this object is moved or destroyed.
+  VolumeTree tree(const Medium& medium) const;
+
+  /// Bytes of an index of so many photons or pieces of beams, at most, without those of a few media.
+  static std::uint64_t photon_bytes(std::size_t photons);
+  static std::uint64_t piece_bytes(std::size_t pieces);
+
+ private:
+  template <class Items, class Block>
+  void build(const Items& items, LargeArray<Block>& blocks);
+  template <class Block>
+  void build_nodes(Medium& medium, std::span<const Block> blocks);
+
+  LargeArray<VolumePhotonBlock> photons_;
+  LargeArray<BeamBlock> beams_;
+  std::vector<VolumeNode> nodes_;
+  std::vector<Medium> media_;
+};
+
+}  // namespace glowworm

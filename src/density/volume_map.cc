@@ -1,0 +1,330 @@
+#include "density/volume_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "core/hilbert.h"
+#include "core/parallel.h"
+#include "kernels/compact_sort.h"
+
+namespace glowworm {
+
+namespace {
+
+// Segments that are sorted together, after keys have grouped them, and one piece of parallel work.
+constexpr std::size_t kSegmentRun = 512;
+constexpr std::size_t kSegmentGrain = 1024;
+// Segments that one thread sorts at once.
+constexpr std::size_t kSortedKeys = std::size_t{1} << 16;
+// Bits of a key for each axis.
+constexpr int kSegmentBits = 10;
+// Bounds on the rounding of the distance between a segment and a photon, as a share of the coordinates.
+constexpr double kDistanceRounding = 4e-6;
+constexpr std::uint32_t kNoMedium = ~std::uint32_t{0};
+
+/// What sorts a segment: its medium (in the index), and where it enters and leaves the medium's box.
+struct SegmentKey {
+  std::uint64_t ends = 0;
+  std::uint32_t medium = kNoMedium;
+  std::uint32_t segment = 0;
+
+  bool operator<(const SegmentKey& other) const {
+    if (medium != other.medium) return medium < other.medium;
+    return ends != other.ends ? ends < other.ends : segment < other.segment;
+  }
+};
+
+/// The part of a segment within a box.
+struct Clipped {
+  double from = 0, to = -1;  ///< metres from the origin; empty if to < from
+};
+
+Clipped clip(const Box3& box, Vec3 origin, Vec3 direction, float length) {
+  double from = 0, to = length, farthest = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    farthest = std::max(
+        {farthest, std::abs(double{box.min[axis]}), std::abs(double{box.max[axis]}), std::abs(double{origin[axis]})});
+  const double rounding = kDistanceRounding * farthest;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = box.min[axis] - rounding - origin[axis], high = box.max[axis] + rounding - origin[axis];
+    const double d = direction[axis];
+    if (d == 0) {
+      if (low > 0 || high < 0) return {};
+      continue;
+    }
+    from = std::max(from, std::min(low / d, high / d));
+    to = std::min(to, std::max(low / d, high / d));
+  }
+  return {from, to};
+}
+
+bool counts(const VolumeSegments& segments, std::size_t i) {
+  const SegmentMedium& medium = segments.medium[i];
+  return segments.length[i] > 0 && is_finite(segments.origin[i]) && is_finite(segments.direction[i]) &&
+         is_finite(medium.sigma_t) && is_finite(medium.sigma_s) && std::abs(medium.g) < 1;
+}
+
+Vec3 along(const VolumeSegments& segments, std::size_t i, double distance) {
+  return segments.origin[i] + segments.direction[i] * static_cast<float>(distance);
+}
+
+/// Octants of both ends by turns, the largest first: segments with a common beginning of their keys are near along
+/// all of their way.
+std::uint64_t key_of_ends(const CubeGrid& grid, Vec3 a, Vec3 b) {
+  const std::uint64_t first = grid.morton(a), second = grid.morton(b);
+  std::uint64_t key = 0;
+  for (int level = kSegmentBits - 1; level >= 0; --level)
+    key = key << 6 | (first >> 3 * level & 7) << 3 | (second >> 3 * level & 7);
+  return key;
+}
+
+/// Sorts on all threads.
+void sort_keys(LargeVector<SegmentKey>& keys) {
+  const std::size_t n = keys.size();
+  parallel_for(0, n, kSortedKeys, [&](std::size_t first, std::size_t last) {
+    std::sort(keys.begin() + static_cast<std::ptrdiff_t>(first), keys.begin() + static_cast<std::ptrdiff_t>(last));
+  });
+  LargeVector<SegmentKey> merged(n > kSortedKeys ? n : 0);
+  for (std::size_t width = kSortedKeys; width < n; width *= 2) {
+    parallel_for(0, n, 2 * width, [&](std::size_t first, std::size_t last) {
+      const SegmentKey* const from = keys.data();
+      const std::size_t middle = std::min(first + width, last);
+      std::merge(from + first, from + middle, from + middle, from + last, merged.data() + first);
+    });
+    keys.swap(merged);
+  }
+}
+
+/// The segments that may see something, sorted.
+LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSegments& segments) {
+  const std::span<const VolumeIndex::Medium> media = index.media();
+  std::vector<CubeGrid> grids;
+  for (const VolumeIndex::Medium& medium : media) grids.emplace_back(medium.bounds, kSegmentBits);
+  LargeVector<SegmentKey> keys(segments.size());
+  parallel_for_each(segments.size(), kSegmentGrain, [&](std::size_t i) {
+    keys[i] = {0, kNoMedium, static_cast<std::uint32_t>(i)};
+    if (!counts(segments, i)) return;
+    const auto found = std::lower_bound(media.begin(), media.end(), segments.medium[i].index,
+                                        [](const auto& medium, std::uint32_t wanted) { return medium.index < wanted; });
+    if (found == media.end() || found->index != segments.medium[i].index) return;
+    const Clipped part = clip(found->bounds, segments.origin[i], segments.direction[i], segments.length[i]);
+    if (!(part.from <= part.to)) return;
+    const auto m = static_cast<std::uint32_t>(found - media.begin());
+    keys[i].medium = m;
+    keys[i].ends = key_of_ends(grids[m], along(segments, i, part.from), along(segments, i, part.to));
+  });
+  std::erase_if(keys, [](const SegmentKey& key) { return key.medium == kNoMedium; });
+  sort_keys(keys);
+  return keys;
+}
+
+/// Grows the bounds of a tile around the ends of its segments.
+class TileBounds {
+ public:
+  void add(const CompactRow& row, Vec3 direction) {
+    Ends& e = ends_[count_++];
+    for (int axis = 0; axis < 3; ++axis) {
+      e.at[0][axis] = row.coordinate[axis];
+      e.at[1][axis] = row.coordinate[axis + 3];
+      point_[axis] += e.at[0][axis];
+      axis_[axis] += direction[axis];
+    }
+    first_direction_ = count_ == 1 ? direction : first_direction_;
+  }
+
+  /// @param rounding metres
+  SegmentBounds bounds(double rounding) {
+    set_axis();
+    double low = std::numeric_limits<double>::infinity(), high = -low, slope = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      Ends& e = ends_[i];
+      for (int end = 0; end < 2; ++end) split(e, end);
+      low = std::min({low, e.s[0], e.s[1]});
+      high = std::max({high, e.s[0], e.s[1]});
+      if (e.s[1] > e.s[0]) slope = std::max(slope, (e.away[1] - e.away[0]) / (e.s[1] - e.s[0]));
+    }
+    SegmentBounds out{};
+    double best = std::numeric_limits<double>::infinity();
+    // A cylinder, the cone of the steepest segment, or one in between: the narrowest halfway.
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const double width = width_of(share * slope), halfway = width + share * slope * (low + high) / 2;
+      if (halfway >= best) continue;
+      best = halfway;
+      out.width = static_cast<float>(width);
+      out.slope = static_cast<float>(share * slope);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      out.point[axis] = static_cast<float>(point_[axis]);
+      out.axis[axis] = static_cast<float>(axis_[axis]);
+    }
+    out.low = static_cast<float>(low);
+    out.high = static_cast<float>(high);
+    out.rounding = static_cast<float>(rounding);
+    return out;
+  }
+
+ private:
+  struct Ends {
+    double at[2][3], s[2], away[2];
+  };
+
+  void set_axis() {
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      point_[axis] = static_cast<float>(point_[axis] / static_cast<double>(count_));
+      squared += axis_[axis] * axis_[axis];
+    }
+    // Opposite directions have no mean.
+    const bool known = squared > 1e-6;
+    for (int axis = 0; axis < 3; ++axis)
+      axis_[axis] = static_cast<float>(known ? axis_[axis] / std::sqrt(squared) : first_direction_[axis]);
+  }
+  void split(Ends& e, int end) const {
+    double squared = 0;
+    e.s[end] = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double way = e.at[end][axis] - point_[axis];
+      squared += way * way;
+      e.s[end] += way * axis_[axis];
+    }
+    e.away[end] = std::sqrt(std::max(0.0, squared - e.s[end] * e.s[end]));
+  }
+  double width_of(double slope) const {
+    double width = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count_; ++i)
+      for (int end = 0; end < 2; ++end) width = std::max(width, ends_[i].away[end] - slope * ends_[i].s[end]);
+    return width;
+  }
+
+  std::array<Ends, kSegmentTile> ends_;
+  std::size_t count_ = 0;
+  double point_[3] = {0, 0, 0}, axis_[3] = {0, 0, 0};
+  Vec3 first_direction_;
+};
+
+/// Sums runs of segments. Holds the memory of one thread.
+class SegmentWorker {
+ public:
+  SegmentWorker(const VolumeIndex& index, const VolumeSegments& segments, std::span<RGB> found)
+      : index_(index), segments_(segments), found_(found) {}
+
+  /// Segments of one medium, at most kSegmentRun.
+  void work(std::span<const SegmentKey> run) {
+    const VolumeIndex::Medium& medium = index_.media()[run[0].medium];
+    const VolumeTree tree = index_.tree(medium);
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      const std::uint32_t s = run[i].segment;
+      const Clipped part = clip(medium.bounds, segments_.origin[s], segments_.direction[s], segments_.length[s]);
+      const Vec3 a = along(segments_, s, part.from), b = along(segments_, s, part.to);
+      // A radius of 1 weighs both ends alike.
+      rows_[i] = {{a.x, a.y, a.z, b.x, b.y, b.z, 1, 0}};
+      rows_[i].set_index(s);
+    }
+    compact_sort(std::span(rows_).first(run.size()), scratch_rows_, column_);
+    for (std::size_t first = 0; first < run.size(); first += kSegmentTile)
+      sum_tile(tree, std::span(rows_).subspan(first, std::min<std::size_t>(kSegmentTile, run.size() - first)));
+  }
+
+  VolumeCounts counts;
+
+ private:
+  void sum_tile(const VolumeTree& tree, std::span<const CompactRow> rows) {
+    TileBounds bounds;
+    double farthest = 0;
+    tile_.count = rows.size();
+    tile_.grey = tile_.isotropic = true;
+    for (std::size_t lane = 0; lane < kSegmentTile; ++lane) {
+      set_lane(lane, rows[std::min(lane, rows.size() - 1)].index());
+      if (lane >= rows.size()) {
+        tile_.length[lane] = -1;
+        continue;
+      }
+      const std::uint32_t s = rows[lane].index();
+      bounds.add(rows[lane], segments_.direction[s]);
+      for (int axis = 0; axis < 3; ++axis)
+        farthest = std::max({farthest, std::abs(double{segments_.origin[s][axis]}),
+                             std::abs(double{rows[lane].coordinate[axis]}),
+                             std::abs(double{rows[lane].coordinate[axis + 3]})});
+    }
+    // Three coordinates, each at most so far from the origin of the segment.
+    tile_.bounds = bounds.bounds(kDistanceRounding * 4 * farthest);
+    sum_volume(tree, tile_, scratch_, counts);
+    for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+      const SegmentMedium& medium = segments_.medium[rows[lane].index()];
+      const float phase = (1 - medium.g * medium.g) * (0.25f * kInversePi);
+      const RGB sum = RGB(tile_.sum[0][lane], tile_.sum[1][lane], tile_.sum[2][lane]) * phase;
+      found_[rows[lane].index()] += index_.has_beams() ? sum * medium.sigma_s : sum;
+    }
+  }
+
+  void set_lane(std::size_t lane, std::uint32_t s) {
+    const SegmentMedium& medium = segments_.medium[s];
+    for (int axis = 0; axis < 3; ++axis) {
+      tile_.origin[axis][lane] = segments_.origin[s][axis];
+      tile_.direction[axis][lane] = segments_.direction[s][axis];
+      tile_.sigma_t[axis][lane] = medium.sigma_t[axis];
+    }
+    tile_.length[lane] = segments_.length[s];
+    tile_.g[lane] = medium.g;
+    tile_.grey &= medium.sigma_t.r == medium.sigma_t.g && medium.sigma_t.g == medium.sigma_t.b;
+    tile_.isotropic &= medium.g == 0;
+  }
+
+  const VolumeIndex& index_;
+  const VolumeSegments& segments_;
+  const std::span<RGB> found_;
+  VolumeScratch scratch_;
+  SegmentTile tile_;
+  std::array<CompactRow, kSegmentRun> rows_, scratch_rows_;
+  alignas(64) std::array<float, kSegmentRun> column_;
+};
+
+}  // namespace
+
+void VolumeMap::build(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii,
+                      float scale, Statistics& statistics) {
+  PhaseTimer timer(statistics, Phase::build_photon_map);
+  index_ = VolumeIndex();
+  index_ = VolumeIndex(photons, flux, radii, scale);
+}
+
+void VolumeMap::build(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale,
+                      Statistics& statistics) {
+  PhaseTimer timer(statistics, Phase::build_photon_map);
+  index_ = VolumeIndex();
+  index_ = VolumeIndex(beams, flux, pieces, scale);
+}
+
+void VolumeMap::estimate(const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const {
+  if (empty() || segments.size() == 0) return;
+  LargeVector<SegmentKey> keys;
+  std::vector<std::span<const SegmentKey>> runs;
+  {
+    PhaseTimer timer(statistics, Phase::reorder);
+    keys = sorted_segments(index_, segments);
+    for (std::size_t first = 0; first < keys.size();) {
+      std::size_t last = first;
+      while (last < keys.size() && last < first + kSegmentRun && keys[last].medium == keys[first].medium) ++last;
+      runs.emplace_back(keys.data() + first, last - first);
+      first = last;
+    }
+  }
+  PhaseTimer timer(statistics, Phase::density);
+  parallel_for(0, runs.size(), 1, [&](std::size_t first, std::size_t last) {
+    const auto worker = std::make_unique<SegmentWorker>(index_, segments, found);
+    for (std::size_t i = first; i < last; ++i) worker->work(runs[i]);
+    statistics.add(Counter::shader_operations, worker->counts.evaluated);
+    statistics.add(Counter::pairs_tested, worker->counts.tested);
+    statistics.add(Counter::packet_steps, worker->counts.steps);
+    statistics.add(Counter::packet_active_lanes, worker->counts.evaluated);
+  });
+}
+
+std::uint64_t VolumeMap::photon_bytes(std::size_t photons) { return VolumeIndex::photon_bytes(photons); }
+std::uint64_t VolumeMap::beam_bytes(std::size_t beams) { return VolumeIndex::piece_bytes(BeamPieces::most(beams)); }
+
+}  // namespace glowworm

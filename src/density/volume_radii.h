@@ -1,0 +1,30 @@
+// Radii of volume photons and beams, from their density. The user sets nothing.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "points/volume_photons.h"
+
+namespace glowworm {
+
+/// Returns a radius for each photon: of a sphere that holds about k photons of its medium. Metres; positive and finite.
+/// Does not depend on the number of threads.
+std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32_t k);
+
+/// The pieces that beams are cut into: small boxes hold them, and each has a radius of its own, so that a beam is
+/// narrow where beams are dense.
+struct BeamPieces {
+  /// The pieces of beam i are first[i] to first[i + 1] - 1, of equal length, from its origin on. One more element than
+  /// beams.
+  std::vector<std::uint32_t> first;
+  std::vector<float> radii;  ///< of each piece, metres, positive and finite
+
+  /// Pieces of so many beams, at most.
+  static std::size_t most(std::size_t beams);
+};
+
+/// Cuts beams into pieces of a few radii, or longer ones if there were too many. A radius is that of a sphere which
+/// about k beams of the same medium cross. Does not depend on the number of threads.
+BeamPieces volume_beam_pieces(const VolumeBeams& beams, std::uint32_t k);
+
+}  // namespace glowworm

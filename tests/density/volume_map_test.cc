@@ -1,0 +1,203 @@
+#include "density/volume_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "density/volume_reference.h"
+
+namespace glowworm {
+namespace {
+
+using namespace density_tests;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+float number(std::uint32_t i, std::uint32_t which) { return to_unit_float(hash_combine(hash32(i), which)); }
+Vec3 place(std::uint32_t i, std::uint32_t which) {
+  return {number(i, which), number(i, which + 1), number(i, which + 2)};
+}
+Vec3 direction(std::uint32_t i, std::uint32_t which) {
+  const float z = 2 * number(i, which) - 1, phi = 2 * kPi * number(i, which + 1), r = std::sqrt(1 - z * z);
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+RGB colour(std::uint32_t i, std::uint32_t which) {
+  const Vec3 p = place(i, which);
+  return {p.x, p.y, p.z};
+}
+
+/// Photons in the unit cube, in media 3 and 7.
+VolumePhotons cube_photons(std::uint32_t count) {
+  VolumePhotons photons;
+  for (std::uint32_t i = 0; i < count; ++i)
+    photons.push_back(place(i, 1), direction(i, 4), colour(i, 6), i % 5 == 0 ? 7 : 3, 0);
+  return photons;
+}
+
+/// Beams in about the unit cube, in media 3 and 7; many of a length of 0 or in common directions.
+VolumeBeams cube_beams(std::uint32_t count) {
+  VolumeBeams beams;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3 along = i % 4 == 1 ? Vec3{0, 0, 1} : i % 4 == 2 ? direction(i % 8, 4) : direction(i, 4);
+    const float length = i % 16 == 3 ? 0.0f : 0.7f * number(i, 9);
+    beams.push_back(place(i, 1), along, length, colour(i, 6), i % 5 == 0 ? 7 : 3, 0);
+  }
+  return beams;
+}
+
+/// Segments through the cube: of a camera, of gather rays, along the axes and beams, infinite, and without sense.
+VolumeSegments cube_segments(std::uint32_t count) {
+  VolumeSegments segments;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    SegmentMedium medium{colour(i, 20) * 3, colour(i, 24), 1.6f * number(i, 28) - 0.8f, i % 3 == 0 ? 7u : 3u};
+    if (i % 5 == 0) medium.g = 0;
+    if (i % 7 < 3) medium.sigma_t = RGB(medium.sigma_t.r);
+    Vec3 origin = place(i, 30), along = direction(i, 34);
+    float length = number(i, 38);
+    switch (i % 8) {
+      case 0:
+        origin = {0.5f, 0.4f, -3};
+        along = normalize(place(i, 40) - origin);
+        length = 3 + 2 * length;
+        break;
+      case 1:
+        along = {0, 0, i % 16 == 1 ? 1.0f : -1.0f};
+        break;
+      case 2:
+        along = direction(i % 8, 4);
+        length = kInfinity;
+        break;
+      case 3:
+        origin = origin - along * 20;
+        length = kInfinity;
+        break;
+      default:
+        break;
+    }
+    if (i % 31 == 30) length = i % 2 == 0 ? 0.0f : -1.0f;
+    if (i % 61 == 60) (i % 2 == 0 ? origin.y : along.z) = kNaN;
+    if (i % 67 == 66) medium.index = 5;
+    segments.push_back(origin, along, length, medium, RGB(1.0f), i);
+  }
+  return segments;
+}
+
+std::vector<RGB> estimate(const VolumeMap& map, const VolumeSegments& segments) {
+  Statistics statistics;
+  std::vector<RGB> found(segments.size(), RGB(0.0f));
+  map.estimate(segments, found, statistics);
+  return found;
+}
+
+/// The largest difference of a channel, relative to the value or a hundredth of the largest one.
+double difference(const std::vector<RGB>& found, const std::vector<Radiance>& expected) {
+  double largest = 0, worst = 0;
+  for (const Radiance& e : expected)
+    for (const double v : e) largest = std::max(largest, v);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const double d = std::abs(double{found[i][c]} - expected[i][c]) / std::max(expected[i][c], largest / 100);
+      worst = std::isnan(d) ? kInfinity : std::max(worst, d);
+    }
+  return worst;
+}
+
+VolumeMap map_of(const VolumePhotons& photons, const std::vector<float>& radii, float scale = 1) {
+  Statistics statistics;
+  VolumeMap map;
+  map.build(photons, photons.flux, radii, scale, statistics);
+  return map;
+}
+VolumeMap map_of(const VolumeBeams& beams, const BeamPieces& pieces, float scale = 1) {
+  Statistics statistics;
+  VolumeMap map;
+  map.build(beams, beams.flux, pieces, scale, statistics);
+  return map;
+}
+
+TEST(VolumeMap, SumsEveryPhotonAlongEverySegment) {
+  const VolumePhotons photons = cube_photons(3000);
+  std::vector<float> radii = volume_photon_radii(photons, 20);
+  const VolumeSegments segments = cube_segments(2000);
+  EXPECT_LT(difference(estimate(map_of(photons, radii), segments), brute_points(photons, radii, segments)), 1e-4);
+  const VolumeMap narrow = map_of(photons, radii, 0.5f);
+  for (float& r : radii) r *= 0.5f;
+  EXPECT_LT(difference(estimate(narrow, segments), brute_points(photons, radii, segments)), 1e-4);
+}
+
+TEST(VolumeMap, SumsEveryBeamAlongEverySegment) {
+  const VolumeBeams beams = cube_beams(600);
+  BeamPieces pieces = volume_beam_pieces(beams, 5);
+  const VolumeSegments segments = cube_segments(2000);
+  EXPECT_LT(difference(estimate(map_of(beams, pieces), segments), brute_beams(beams, pieces, segments)), 1e-3);
+  const VolumeMap narrow = map_of(beams, pieces, 0.1f);
+  for (float& r : pieces.radii) r *= 0.1f;
+  EXPECT_LT(difference(estimate(narrow, segments), brute_beams(beams, pieces, segments)), 1e-3);
+}
+
+/// Each segment alone, and all of them by one and by three threads.
+template <class Map>
+void expect_same_bits(const Map& map) {
+  const VolumeSegments segments = cube_segments(1500);
+  const std::vector<RGB> all = estimate(map, segments);
+  set_thread_count(3);
+  const std::vector<RGB> by_three = estimate(map, segments);
+  set_thread_count(0);
+  EXPECT_EQ(std::memcmp(all.data(), by_three.data(), all.size() * sizeof(RGB)), 0);
+  for (std::uint32_t i = 0; i < segments.size(); ++i) {
+    VolumeSegments one;
+    one.push_back(segments.origin[i], segments.direction[i], segments.length[i], segments.medium[i], RGB(1.0f), 0);
+    const RGB alone = estimate(map, one)[0];
+    ASSERT_EQ(std::memcmp(&alone, &all[i], sizeof(RGB)), 0) << i;
+  }
+}
+
+TEST(VolumeMap, GivesASegmentTheSameBitsWithAnyOthersAndAnyThreads) {
+  const VolumePhotons photons = cube_photons(20000);
+  expect_same_bits(map_of(photons, volume_photon_radii(photons, 10)));
+  const VolumeBeams beams = cube_beams(3000);
+  expect_same_bits(map_of(beams, volume_beam_pieces(beams, 3)));
+}
+
+TEST(VolumeMap, LeavesOutWhatIsNotFinite) {
+  VolumePhotons photons = cube_photons(500);
+  VolumeBeams beams = cube_beams(500);
+  const VolumeSegments segments = cube_segments(300);
+  const std::vector<float> radii = volume_photon_radii(photons, 20);
+  const BeamPieces pieces = volume_beam_pieces(beams, 5);
+  const auto spoil = [](auto& batch, auto& place, std::uint32_t i) {
+    switch (i % 4) {
+      case 0:
+        place[i].y = kNaN;
+        break;
+      case 1:
+        batch.direction[i].x = kInfinity;
+        break;
+      case 2:
+        batch.flux[i].g = kNaN;
+        break;
+      default:
+        batch.flux[i] = RGB(0.0f);
+    }
+  };
+  for (std::uint32_t i = 0; i < 500; ++i) spoil(photons, photons.position, i);
+  for (std::uint32_t i = 0; i < 500; ++i) spoil(beams, beams.origin, i);
+  const std::vector<RGB> none(segments.size(), RGB(0.0f));
+  EXPECT_TRUE(map_of(photons, radii).empty());
+  EXPECT_EQ(estimate(map_of(photons, radii), segments), none);
+  EXPECT_TRUE(map_of(beams, pieces).empty());
+  // The radii of what is left are finite.
+  for (const float r : volume_photon_radii(photons, 20)) EXPECT_TRUE(r > 0 && std::isfinite(r));
+  for (const float r : volume_beam_pieces(beams, 5).radii) EXPECT_TRUE(r > 0 && std::isfinite(r));
+  EXPECT_TRUE(volume_photon_radii({}, 20).empty());
+  EXPECT_TRUE(volume_beam_pieces({}, 5).radii.empty());
+}
+
+}  // namespace
+}  // namespace glowworm
