@@ -3,12 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "apps/attend.h"
 #include "apps/commands.h"
@@ -16,22 +13,17 @@
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
 #include "apps/picture_output.h"
+#include "apps/render_outputs.h"
+#include "apps/sequence.h"
 #include "apps/table_options.h"
 #include "apps/tev_stream.h"
 #include "control/job.h"
-#include "control/job_report.h"
-#include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "core/small_arrays.h"
 #include "core/text.h"
 #include "film/checkpoint.h"
-#include "film/output.h"
-#include "film/part.h"
 #include "kernels/simd.h"
-#include "maps/photon_noise.h"
 #include "session/command_text.h"
 #include "settings/effects.h"
 #include "settings/settings.h"
@@ -44,38 +36,20 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct RenderOptions {
-  std::string scene, command_line;
-  std::vector<std::string> names;  ///< values of -o
-  std::vector<Output> outputs;
-  std::string simd = "auto", resume, view, tev;
-  std::vector<std::string> lights;
-  PictureOptions picture;
-  bool preview = false, resumes = false;
-  ReportOptions report;
-  TableOptions table;
-  SceneOptions changes;
-  RenderSettings settings;  ///< settings of the table, with the memory available
-};
-
-double seconds_between(Clock::time_point start, Clock::time_point end) {
-  return std::chrono::duration<double>(end - start).count();
-}
-
-/// Without -o, the image gets the name that the scene gives it, or "out.exr". A part is named by its numbers.
-void name_outputs(RenderOptions& o, const FilmRequest& film) {
-  const SampleShare& part = o.settings.part;
-  if (o.outputs.empty() && !part.is_all())
-    o.outputs.push_back(output_of(fmt::format("{}-of-{}.part", part.index, part.count)));
-  if (o.outputs.empty()) {
-    std::string name = film.file.empty() ? "out.exr" : film.file;
-    if (const std::string ending = lower_ending(name); ending != ".exr" && ending != ".png") {
-      name = std::filesystem::path(name).replace_extension(".exr");
-      inform(fmt::format("note: the image of '{}' is written as {}", film.file, name));
-    }
-    o.outputs.push_back(output_of(name));
-  }
-  if (o.resumes && o.resume.empty()) o.resume = o.outputs.front().path + ".checkpoint";
+/// Throws CommandLineError for options that do not make a sequence of frames.
+void check_sequence(RenderOptions& o) {
+  o.sequence.check();
+  if (o.resumes)
+    throw CommandLineError("--resume does not apply to sequences of frames",
+                           "Leave it out: frames whose files exist are skipped.");
+  if (o.names.empty()) o.names.emplace_back("frame_####.exr");
+  for (const std::string& name : o.names)
+    if (!has_frame_number(name) || lower_ending(name) == ".part")
+      throw CommandLineError(fmt::format("-o {} is no name for the pictures of many frames", name),
+                             "Give a name with '#' for the number, such as frame_####.exr.");
+  if (!o.report.statistics.empty() && !has_frame_number(o.report.statistics))
+    throw CommandLineError(fmt::format("--stats {} is one file for many frames", o.report.statistics),
+                           "Give a name with '#' for the number.");
 }
 
 void resolve_options(RenderOptions& o) {
@@ -91,75 +65,12 @@ void resolve_options(RenderOptions& o) {
     if (!o.tev.empty()) check_tev_address(o.tev);
     check_part(s);
   });
+  o.movie = take_movie(o.names);
+  if (o.sequence.is_given()) check_sequence(o);
   for (const std::string& name : o.names) {
     o.outputs.push_back(output_of(name));
     if (o.outputs.back().format == OutputFormat::part) check_part_output(name, s);
   }
-}
-
-/// Checks before the render that all files differ and can be written.
-void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
-  files.add_input("the scene", o.scene);
-  if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
-  for (const Output& output : o.outputs) files.add("-o", output.path);
-  if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
-  if (!o.resume.empty()) files.add("--resume", o.resume);
-  // Probing or reading a pipe would block forever.
-  if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
-  bool any = false;
-  for (const Output& output : o.outputs) any = files.probe(output.path) || any;
-  if (!any) files.throw_if_any_failed();
-  for (const std::string& path : {o.report.statistics, o.resume})
-    if (!path.empty()) files.probe(path);
-}
-
-bool has_samples(const Film& film) {
-  for (std::size_t i = 0; i < film.pixel_count(); ++i)
-    if (film.sample_count(i) > 0) return true;
-  return false;
-}
-
-/// Writes the image to every -o. Returns its estimated relative error, or "" if unknown.
-/// @param said print messages
-std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
-  const DiskMemory::Scope scope(job.disk());
-  const SmallArraysOnDisk small;
-  const auto with_film = [&](const auto& use) { return job.done() ? use(job.film()) : use(job.snapshot()); };
-  std::optional<Image> image;
-  for (const Output& output : o.outputs) {
-    const std::string& path = output.path;
-    // Output on standard output cannot be replaced later.
-    if (path == kStandardOutput && !said) continue;
-    if (output.format == OutputFormat::part && !said) continue;
-    std::string how;
-    const bool written = files.write(path, [&] {
-      if (output.format == OutputFormat::part)
-        return with_film([&](const Film& film) { write_part(path, part_of(job), film); });
-      if (!image) {
-        image = with_film([&](const Film& film) { return make_image(film, job); });
-        image->metadata["comments"] = o.command_line;
-      }
-      how = write_picture(output, *image, o.picture);
-    });
-    if (written && said && path != kStandardOutput) inform(fmt::format("wrote {}{}", path, how));
-  }
-  return image && image->metadata.contains(kRelativeError) ? image->metadata.at(kRelativeError) : "";
-}
-
-/// Does what write_images() does, for a part of the film, and leaves no files. What fails here fails again, and is
-/// reported, when the files are written.
-void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) try {
-  constexpr const char* kNowhere = "/dev/null";
-  std::optional<Image> image;
-  for (const Output& output : o.outputs) {
-    if (output.format == OutputFormat::part) {
-      write_part(kNowhere, part_of(job), film);
-      continue;
-    }
-    if (!image) image = make_image(film, job);
-    write_picture({kNowhere, output.format}, *image, o.picture);
-  }
-} catch (const Error&) {
 }
 
 /// @param asked settings before those left to the program were chosen
@@ -182,111 +93,6 @@ std::string describe(const RenderSettings& asked, const RenderSettings& s, const
   return text + fmt::format(", k = {}, engine {}", s.nearest, s.engine);
 }
 
-/// The seconds of the whole that no phase has, such as those before and after a render.
-double seconds_beside_phases(const Statistics& statistics) {
-  double seconds = statistics.seconds(Phase::total);
-  for (int i = 0; i < static_cast<int>(Phase::count_); ++i)
-    if (static_cast<Phase>(i) != Phase::total) seconds -= statistics.seconds(static_cast<Phase>(i));
-  return seconds;
-}
-
-/// Prints the time of each phase, for -v.
-void describe_times(const Statistics& statistics) {
-  for (int i = 0; i < static_cast<int>(Phase::count_); ++i) {
-    const auto phase = static_cast<Phase>(i);
-    if (statistics.seconds(phase) > 0) detail(fmt::format("{:>9.3f} s  {}", statistics.seconds(phase), name(phase)));
-  }
-}
-
-/// Prints the fate of each light's photons, for -v.
-void describe_photons(const Job& job) {
-  for (const LightPhotons& light : job.light_photons())
-    detail(fmt::format("photons of {} ({} sources): {} emitted, {} stored, {} used, {} wasted", light.name,
-                       light.sources, light.emitted, light.stored, light.used, light.wasted()));
-}
-
-/// Writes a checkpoint to the file of --resume.
-void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files) {
-  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
-}
-
-/// Writes the unfinished image, if there is one.
-void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
-  if (o.preview && job.tasks() > 0) write_images(o, job, files, false);
-}
-
-/// Writes all files. @param any whether there is any image
-void write_outputs(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
-                   bool any) {
-  const Clock::time_point rendered = Clock::now();
-  Statistics& statistics = job.statistics();
-  const std::string error = any ? write_images(o, job, files, true) : "";
-  keep_checkpoint(o, job, files);
-  statistics.add_time(Phase::output, seconds_between(rendered, Clock::now()));
-  // The job has counted its own time; the total covers the whole run.
-  statistics.add_time(Phase::total, seconds_between(start, Clock::now()) - statistics.seconds(Phase::total));
-  statistics.add_time(Phase::other, std::max(seconds_beside_phases(statistics), 0.0));
-  describe_times(statistics);
-  describe_photons(job);
-  if (!o.report.statistics.empty())
-    files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
-  if (job.samples_not_finite() > 0)
-    warn(fmt::format("{} camera samples are black, because their light was beyond what pictures hold",
-                     job.samples_not_finite()));
-  const RenderSettings settings = job.settings();
-  const double target = settings.noise_target, photons = std::sqrt(job.photon_variance());
-  if (target > 0 && std::hypot(noise_left_to_samples(target, job.photon_variance()), photons) > 1.1 * target)
-    warn(
-        fmt::format("the photons, which all samples share, add a relative error of {:.2g}, too much for --noise: give "
-                    "--progressive, or --photons and --nearest above {} and {}",
-                    photons, settings.photons, settings.nearest));
-  inform(fmt::format("{:.4g} samples a pixel in {:.2f} s{}", job.mean_samples(), statistics.seconds(Phase::total),
-                     error.empty() ? "" : fmt::format(", estimated relative error {}", error)));
-}
-
-/// Warns if the render ended early, and says what the files hold. @param any whether there is any image
-void warn_of_ending(Ending ending, bool any) {
-  if (ending == Ending::cancelled)
-    warn(any ? "interrupted: the files hold the image so far"
-             : "interrupted before any part of the image was finished: no image was written");
-  else if (ending == Ending::failed)
-    warn("the render failed: the files hold the image so far");
-  else if (!any)
-    warn("the time limit ended the render before any part of the image was finished: no image was written");
-}
-
-/// Writes the results, then throws the error, if any, or returns the exit status. @param failure of the render, or null
-int finish(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files, Clock::time_point start,
-           const std::exception_ptr& failure) {
-  const bool any = has_samples(job.film());
-  if (failure && !any) std::rethrow_exception(failure);
-  write_outputs(o, job, tracer, files, start, any);
-  const RenderSettings settings = job.settings();
-  if (job.is_fitted())
-    inform(fmt::format(
-        "note: --time left room for {} photons{}", settings.photons,
-        settings.integrator == Integrator::gather ? fmt::format(" and {} gather rays a sample", settings.gather) : ""));
-  if (job.has_more_photons())
-    inform(fmt::format("note: --noise took {} photons, because the noise of fewer is too large", settings.photons));
-  if (job.ending() == Ending::time_up && settings.noise_target > 0)
-    inform("note: --time ended the render before the error of --noise was reached");
-  warn_of_ending(job.ending(), any);
-  if (failure) std::rethrow_exception(failure);
-  files.throw_if_any_failed();
-  if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
-  return any ? 0 : 1;
-}
-
-/// Warns of options that have no effect on the output formats.
-void warn_of_unused_formats(const RenderOptions& o) {
-  const bool all_png = std::all_of(o.outputs.begin(), o.outputs.end(),
-                                   [](const Output& output) { return output.format == OutputFormat::png; });
-  const bool no_layers = all_png && o.tev.empty();
-  if (no_layers && !o.table.settings.aovs.empty()) warn("--aov has no effect: no -o is an EXR file");
-  if (no_layers && o.settings.light_groups) warn("--light-groups has no effect: no -o is an EXR file");
-  warn_of_unused_formats(o.picture, o.outputs);
-}
-
 /// Computes tasks until rank 0 ends the render.
 void help_rank_0(Job& job) {
   while (!job.done()) {
@@ -306,40 +112,57 @@ void dismiss_ranks(Job& job, Ranks& ranks, int status) {
   ranks.abort(status);
 }
 
-/// Loads and renders the scene. @param ranks that share the work; null: this process alone
-int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
-  const bool helps = ranks && ranks->rank() > 0;
-  OutputFiles files;
-  // A scene may name its picture; all else is known now.
-  if (!o.outputs.empty()) {
-    name_outputs(o, {});
-    if (!helps) prepare_outputs(o, files);
-  }
-  keep_heap_small(o.settings.memory_bytes);
-  const Clock::time_point start = Clock::now();
+/// A scene, ready to render.
+struct Opened {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Tracer> tracer;
+  Clock::time_point start;  ///< of the render
+  double load_s = 0, build_s = 0;
+};
+
+/// Loads the scene of the command line, in its view and light.
+Opened open(RenderOptions& o, OutputFiles& files, bool helps) {
+  Opened out;
+  out.start = Clock::now();
   ImportOptions import_options;
   import_options.budget = loading_budget(o.settings.memory_bytes);
-  TevStream tev(helps ? "" : o.tev);
-  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  out.scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   read_command_line([&] {
-    scene = scene_of_view(scene, o.lights, o.view, o.settings.camera);
-    const PixelBounds bounds = resolve(o.settings, *scene).bounds;
+    out.scene = scene_of_view(out.scene, o.lights, o.view, o.settings.camera);
+    const PixelBounds bounds = resolve(o.settings, *out.scene).bounds;
     if (!o.settings.bounds.empty() && bounds != o.settings.bounds)
       warn(fmt::format("--pixel-bounds reaches beyond the picture: only {},{},{},{} is rendered", bounds.x0, bounds.y0,
                        bounds.x1, bounds.y1));
   });
   const Clock::time_point loaded = Clock::now();
-  if (!helps) tell_notes(*scene, o.scene);
-  if (o.outputs.empty()) {
-    name_outputs(o, scene->film());
-    if (!helps) prepare_outputs(o, files);
+  out.load_s = seconds_between(out.start, loaded);
+  if (!helps) tell_notes(*out.scene, o.scene);
+  out.tracer = std::make_shared<const Tracer>(*out.scene);
+  out.build_s = seconds_between(loaded, Clock::now());
+  return out;
+}
+
+/// What the frames of a sequence have in common, as the first of them leaves it.
+struct SharedByFrames {
+  std::shared_ptr<JobMaps> maps;  ///< null: no frame yet
+  RenderSettings chosen;          ///< of that frame
+
+  /// Makes the numbers that were left to the program those of the first frame.
+  void set_numbers(RenderSettings& s) const {
+    if (!maps) return;
+    s.photons = chosen.photons;
+    s.nearest = chosen.nearest;
+    s.gather = chosen.gather;
+    s.light_samples = chosen.light_samples;
   }
-  if (!helps) warn_of_unused_formats(o);
-  if (ranks)
-    if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
-  const auto tracer = std::make_shared<const Tracer>(*scene);
-  const Clock::time_point built = Clock::now();
-  catch_interrupts();
+};
+
+/// Renders one picture, and returns the exit status.
+/// @param ranks that share the work; null: this process alone
+/// @param shared by the frames of a sequence; null: a picture alone
+int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
+                   const std::shared_ptr<Ranks>& ranks, SharedByFrames* shared = nullptr) {
+  const bool helps = ranks && ranks->rank() > 0;
   std::optional<Checkpoint> checkpoint;
   // All ranks continue with its numbers of photons and rays.
   if (!o.resume.empty())
@@ -348,25 +171,136 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   if (checkpoint && !helps)
     inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
-  Job job(scene, tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks);
+  Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks,
+          shared ? shared->maps : nullptr);
   checkpoint.reset();
   if (helps) {
     help_rank_0(job);
     return 0;
   }
-  job.statistics().add_time(Phase::load, seconds_between(start, loaded));
-  job.statistics().add_time(Phase::build_accel, seconds_between(loaded, built));
-  inform(describe(o.table.settings, job.settings(), *scene));
-  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-  for (const std::string& note : effect_notes(*scene, job.settings())) inform("note: " + note);
+  job.statistics().add_time(Phase::load, opened.load_s);
+  job.statistics().add_time(Phase::build_accel, opened.build_s);
+  if (!shared || !shared->maps) {
+    inform(describe(o.table.settings, job.settings(), *opened.scene));
+    for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+    for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
+  }
   const std::exception_ptr failure = attend(job, o.report.quiet,
                                             {{1, [&] { keep_checkpoint(o, job, files); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
-  const int status = finish(o, job, *tracer, files, start, failure);
+  const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);
   if (ranks) dismiss_ranks(job, *ranks, status);
+  if (shared) *shared = {job.maps(), job.settings()};
   return status;
+}
+
+/// The options of one frame.
+RenderOptions options_of_frame(const RenderOptions& o, std::uint32_t number) {
+  RenderOptions frame = o;
+  for (Output& output : frame.outputs) output.path = frame_file(output.path, number);
+  frame.report.statistics = frame_file(o.report.statistics, number);
+  return frame;
+}
+
+/// Whether all files of a frame are there, by an earlier run.
+bool is_done(const RenderOptions& frame) {
+  return std::all_of(frame.outputs.begin(), frame.outputs.end(),
+                     [](const Output& output) { return std::filesystem::exists(output.path); });
+}
+
+/// Every `count`-th of some frames, from the one with this index on.
+std::vector<std::uint32_t> share_of(const std::vector<std::uint32_t>& frames, std::size_t index, std::size_t count) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t i = index; i < frames.size(); i += count) out.push_back(frames[i]);
+  return out;
+}
+
+/// Renders frames, those that are there already apart. Frames in the same light share their photons and guides.
+int render_frames(const RenderOptions& o, const Opened& opened, Sequence& sequence,
+                  const std::vector<std::uint32_t>& numbers, OutputFiles& files, TevStream& tev) {
+  SharedByFrames shared;
+  Opened shown;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    RenderOptions frame = options_of_frame(o, numbers[i]);
+    if (is_done(frame)) {
+      inform(fmt::format("frame {} exists, and is not rendered again", numbers[i]));
+      continue;
+    }
+    const LitScene& lit = sequence.scene_of(numbers[i]);
+    if (shown.scene != lit.scene) {
+      shared = {};
+      shown = {lit.scene, lit.tracer, {}, opened.load_s, opened.build_s};
+    }
+    shown.start = Clock::now();
+    sequence.set_frame(numbers[i], frame.settings);
+    shared.set_numbers(frame.settings);
+    inform(fmt::format("frame {} ({} of {})", numbers[i], i + 1, numbers.size()));
+    if (const int status = render_picture(frame, shown, files, tev, nullptr, &shared); status != 0) return status;
+    shown.load_s = shown.build_s = 0;
+  }
+  return 0;
+}
+
+/// Renders a sequence: all of it, a part, or by ranks of which each renders its share.
+int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
+                    const std::shared_ptr<Ranks>& ranks) {
+  Sequence sequence(o.sequence, opened.scene, opened.tracer, o.settings.camera);
+  const SampleShare part = std::exchange(o.settings.part, {});
+  std::vector<std::uint32_t> numbers = sequence.numbers();
+  if (!part.is_all()) numbers = share_of(numbers, part.index - 1, part.count);
+  const bool helps = ranks && ranks->rank() > 0;
+  for (const std::uint32_t number : numbers)
+    if (!helps) prepare_outputs(options_of_frame(o, number), files);
+  std::optional<Movie> movie;
+  if (o.movie && !helps) movie.emplace(*o.movie, o.names, o.sequence.frames_per_second);
+  const bool any_png = std::any_of(o.outputs.begin(), o.outputs.end(),
+                                   [](const Output& output) { return output.format == OutputFormat::png; });
+  if (any_png && !o.picture.exposure) o.picture.exposure = sequence.exposure(o.settings);
+  const std::vector<std::uint32_t> own =
+      ranks ? share_of(numbers, static_cast<std::size_t>(ranks->rank()), static_cast<std::size_t>(ranks->count()))
+            : numbers;
+  int status = render_frames(o, opened, sequence, own, files, tev);
+  if (helps) {
+    report_end(*ranks);
+    return status;
+  }
+  if (ranks)
+    for (const std::string& failure : wait_for_ends(*ranks, [] { return caught_interrupt() != 0; })) {
+      warn(failure);
+      status = std::max(status, 1);
+    }
+  if (movie && status == 0) {
+    movie->write(numbers);
+    inform(fmt::format("wrote {}", movie->path()));
+  }
+  return status;
+}
+
+/// Loads and renders the scene. @param ranks that share the work; null: this process alone
+int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
+  const bool helps = ranks && ranks->rank() > 0;
+  OutputFiles files;
+  add_inputs(o, files);
+  // A scene may name its picture; all else is known now.
+  if (!o.outputs.empty()) {
+    name_outputs(o, {});
+    if (!helps && !o.sequence.is_given()) prepare_outputs(o, files);
+  }
+  keep_heap_small(o.settings.memory_bytes);
+  TevStream tev(helps ? "" : o.tev);
+  const Opened opened = open(o, files, helps);
+  if (o.outputs.empty()) {
+    name_outputs(o, opened.scene->film());
+    if (!helps) prepare_outputs(o, files);
+  }
+  if (!helps) warn_of_unused_formats(o);
+  catch_interrupts();
+  if (ranks)
+    if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
+  if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, ranks);
+  return render_picture(o, opened, files, tev, ranks);
 }
 
 /// Renders as one rank of several. Only rank 0 prints: a rank that fails tells it why, and all ranks end with rank 0.
@@ -419,6 +353,7 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
       ->group("Picture");
   add_text(c, "Picture", "--tev", o.tev, "HOST:PORT", "Show the unfinished image in a running tev");
   add_picture_options(c, "Picture", o.picture);
+  add_sequence_options(c, "Sequence", o.sequence);
 }
 
 void add_effort_options(CLI::App& c, RenderOptions& o) {

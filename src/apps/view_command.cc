@@ -94,14 +94,6 @@ ViewState first_state(const ViewOptions& o, const Script& script, const Scene& s
   return state;
 }
 
-std::uint32_t script_length(const Script& script, std::uint32_t asked) {
-  if (asked > 0) return asked;
-  if (script.frames > 0) return script.frames;
-  std::uint32_t last = 1;
-  for (const ScriptMove& move : script.moves) last = std::max(last, move.to);
-  return last;
-}
-
 SessionSettings session_settings(const ViewOptions& o, bool window) {
   SessionSettings settings;
   settings.adapt = window || o.adapt;

@@ -108,7 +108,7 @@ void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& fi
 
 /// Plays the script, and adds a row to the table for each frame.
 void play_frames(const ViewOptions& o, const Script& script, Stage& stage, OutputFiles& files, FrameTable& table) {
-  const std::uint32_t frames = script_length(script, o.frames);
+  const std::uint32_t frames = o.frames > 0 ? o.frames : script_length(script);
   ViewFrame frame;
   double clock = 0;
   std::optional<float> exposure = o.exposure;

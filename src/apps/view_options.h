@@ -37,9 +37,6 @@ std::vector<std::string> scene_options(const ViewOptions& options, const std::st
 /// option names something that does not exist.
 ViewState first_state(const ViewOptions& options, const Script& script, const Scene& scene, ViewState state);
 
-/// Number of frames to play: as requested, or as the script says, or until nothing more happens in it.
-std::uint32_t script_length(const Script& script, std::uint32_t asked);
-
 /// Settings of the session. Frames adapt in a window, and otherwise on request.
 SessionSettings session_settings(const ViewOptions& options, bool window);
 

@@ -300,7 +300,7 @@ bool Window::step_script() {
     ++script_frame_;
     return true;  // draw the present frame before it changes
   }
-  if (script_frame_ >= script_length(script_, options_.frames)) return false;
+  if (script_frame_ >= (options_.frames > 0 ? options_.frames : script_length(script_))) return false;
   try {
     play(script_, script_frame_, *model_.scene->scene, *model_.rig, model_.shown ? &model_.shown->frame : nullptr,
          model_.state);

@@ -113,10 +113,15 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
+  for (const std::string& name : settings_.guide_cameras) guide_cameras_.push_back(&scene_->camera(name));
   keeps_photons_ = !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
   const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || keeps_photons_;
   measures_photon_noise_ =
       !points_ && !settings_.progressive && settings_.part.index <= 1 && (chooses || (states && !helps(ranks_)));
+  if (made_->photon_variance) {
+    photon_variance_ = *made_->photon_variance;
+    measures_photon_noise_ = false;
+  }
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
   if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
@@ -292,7 +297,7 @@ PassSettings Job::pass_settings() const {
   pass.height = s.height;
   pass.gather = s.gather;
   pass.light_samples = s.light_samples;
-  pass.seed = s.seed;
+  pass.seed = s.sample_seed();
   pass.places = s.place_layers().of_triangles();
   pass.values = s.place_layers().values;
   pass.fine = s.place_layers().fine;
@@ -307,6 +312,14 @@ PassSettings Job::pass_settings() const {
 View Job::view() const {
   if (points_) return *points_;
   return scene_->camera(settings_.camera);
+}
+
+View Job::guide_view() const { return guide_cameras_.empty() ? view() : View(std::span(guide_cameras_)); }
+
+PassSettings Job::guide_pass() const {
+  PassSettings pass = pass_;
+  pass.seed = settings_.seed;
+  return pass;
 }
 
 void Job::prepare(std::uint32_t done) {

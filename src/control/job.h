@@ -43,7 +43,8 @@ struct JobMaps {
   bool has_gather_guide = false;
   float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known
   PhotonMaps maps;
-  std::optional<Film> rows;  ///< finished rows that the next Job starts with; it takes them out
+  std::optional<double> photon_variance;  ///< Job::photon_variance() of all frames of a sequence, once it is measured
+  std::optional<Film> rows;               ///< finished rows that the next Job starts with; it takes them out
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
 };
@@ -194,6 +195,10 @@ class Job {
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;
+  /// What photons and gather rays are guided to.
+  View guide_view() const;
+  /// Of passes that guides learn from: the same for all frames of a sequence.
+  PassSettings guide_pass() const;
   /// Makes the guide of photons for these settings, unless they are there or not wanted.
   void guide_emission(const RenderSettings& s, Statistics& statistics);
   /// Makes the maps for these settings, and what guide_emission() makes.
@@ -226,7 +231,8 @@ class Job {
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Tracer> tracer_;
   std::shared_ptr<const PointGrid> points_;
-  RenderSettings settings_;  // only the render's thread writes, with the mutex
+  std::vector<const Camera*> guide_cameras_;  // empty: the camera alone
+  RenderSettings settings_;                   // only the render's thread writes, with the mutex
   mutable std::mutex settings_mutex_;
   AutomaticNumbers automatic_;                       // none of a render that continues from a checkpoint
   std::shared_ptr<const LightGroups> light_groups_;  // null: not kept apart

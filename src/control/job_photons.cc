@@ -62,7 +62,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
 void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
   if (!s.guiding || made_->guide || s.integrator == Integrator::path) return;
   const PhaseTimer timer(statistics, Phase::trace_photons);
-  PhotonGuiding guiding = guide_photons(*tracer_, view(), s, shared_.get());
+  PhotonGuiding guiding = guide_photons(*tracer_, guide_view(), s, shared_.get());
   made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
   made_->demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
 }
@@ -80,7 +80,8 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
   if (s.fixed_radius && !(map_settings(s, 0).radius > 0)) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     // All passes of a progressive render have the radius of the first.
-    made_->fixed_radius = fixed_radius_for(*tracer_, made_->maps, map_settings(s, 0), view(), s.bounds, pass_, budget_);
+    made_->fixed_radius =
+        fixed_radius_for(*tracer_, made_->maps, map_settings(s, 0), guide_view(), s.bounds, guide_pass(), budget_);
   }
   made_->maps.update(*tracer_, map_settings(s, sample), statistics);
 }
@@ -100,12 +101,13 @@ void Job::find_photon_noise(std::uint32_t sample) {
     make_maps(settings_, sample, statistics_);
     {
       const PhaseTimer timer(statistics_, Phase::photon_noise);
-      photon_variance_ = measure_photon_variance(*tracer_, made_->maps, view(), settings_.bounds, pass_, precision,
-                                                 budget_, add_signs);
+      photon_variance_ = measure_photon_variance(*tracer_, made_->maps, guide_view(), settings_.bounds, guide_pass(),
+                                                 precision, budget_, add_signs);
     }
     detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons, std::sqrt(photon_variance_)));
   } while (take_more_photons());
   measures_photon_noise_ = false;
+  if (!guide_cameras_.empty()) made_->photon_variance = photon_variance_;
 }
 
 bool Job::take_more_photons() {
@@ -132,7 +134,8 @@ void Job::shoot_photons(std::uint32_t sample) {
       const PhaseTimer timer(statistics_, Phase::trace_photons);
       make_maps(settings_, 0, is_own ? statistics_ : not_the_renders);
     }
-    made_->gather_guide = learn_gather_guide(*tracer_, made_->maps, view(), pass_, budget_, statistics_, shared_.get());
+    made_->gather_guide =
+        learn_gather_guide(*tracer_, made_->maps, guide_view(), guide_pass(), budget_, statistics_, shared_.get());
     made_->has_gather_guide = true;
   }
   if (measures_photon_noise_) find_photon_noise(sample);

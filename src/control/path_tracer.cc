@@ -237,7 +237,7 @@ class PathPass {
     const auto pixel =
         static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(settings_.width) + static_cast<std::uint32_t>(x);
     const PointGrid* const grid = view_.points;
-    Sampler sampler(settings_.sampler, settings_.seed,
+    Sampler sampler(settings_.sampler, settings_.sample_seed(),
                     hash_combine(grid ? grid->sequence(pixel, sample) : pixel, kPathStream),
                     grid ? grid->place_in_sequence(sample) : sample);
     const auto start = [&](const Sampler& rest) {

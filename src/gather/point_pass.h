@@ -1,6 +1,7 @@
 // Gather points without a camera: points whose irradiance is computed, such as sensors and texels.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/vec.h"
@@ -42,12 +43,21 @@ struct PointGrid {
   std::uint32_t place_in_sequence(std::uint32_t sample) const { return sample / batches; }
 };
 
-/// The viewpoint of a render: a camera, or points.
+/// The viewpoint of a render: a camera, or points; or several cameras, for guides that learn from all of them.
 struct View {
   View(const Camera& seen_by) : camera(&seen_by) {}
   View(const PointGrid& seen_at) : points(&seen_at) {}
+  /// @param along at least one; the array must outlive the view
+  View(std::span<const Camera* const> along) : camera(along.front()), along(along) {}
   const Camera* camera = nullptr;
   const PointGrid* points = nullptr;
+  std::span<const Camera* const> along;
+
+  /// All cameras: none, one, or those along the way.
+  std::span<const Camera* const> cameras() const {
+    if (points) return {};
+    return along.empty() ? std::span<const Camera* const>(&camera, 1) : along;
+  }
 };
 
 /// A grid point as a surface that reflects all light diffusely: the irradiance is pi times its radiance.

@@ -61,11 +61,11 @@ class Pilot {
 
  private:
   void find_points() {
-    if (view_.points)
-      look_from(*view_.points, static_cast<std::size_t>(wanted_));
-    else
-      look_from(*view_.camera,
-                std::sqrt(std::min(wanted_ / (static_cast<double>(settings_.width) * settings_.height), 1.0)));
+    if (view_.points) look_from(*view_.points, static_cast<std::size_t>(wanted_));
+    for (const Camera* const camera : view_.cameras()) {
+      const double points = wanted_ / static_cast<double>(view_.cameras().size());
+      look_from(*camera, std::sqrt(std::min(points / (static_cast<double>(settings_.width) * settings_.height), 1.0)));
+    }
     positions_ = in_parts(positions_);
     normals_ = in_parts(normals_);
   }

@@ -40,8 +40,8 @@ ImportanceGrid importance(const QueryPoints& queries) {
   return ImportanceGrid(queries.position, queries.normal, weights);
 }
 
-/// Gather points of a coarse picture.
-GatherPoints coarse_points(const Tracer& tracer, const Camera& camera, const RenderSettings& settings,
+/// Gather points of coarse pictures. Those of each camera have slots of their own in `radiance`.
+GatherPoints coarse_points(const Tracer& tracer, std::span<const Camera* const> cameras, const RenderSettings& settings,
                            SlotRadiance& radiance) {
   const double pixels = static_cast<double>(settings.width) * settings.height;
   const double scale = std::min(1.0, std::sqrt(kPilotPixels / pixels));
@@ -56,8 +56,16 @@ GatherPoints coarse_points(const Tracer& tracer, const Camera& camera, const Ren
   task.sample_count =
       static_cast<std::uint32_t>(std::clamp(kPilotPixels / (static_cast<double>(task.x1) * task.y1), 1.0, 64.0));
   Statistics statistics;  // of the pilot, which is not part of the render's counts
-  FirstHit first_hit;
-  return camera_pass(tracer, camera, task, camera_settings, radiance, first_hit, statistics);
+  GatherPoints all;
+  const auto slots = static_cast<std::uint32_t>(CameraTasks(task).slot_count());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    FirstHit first_hit;
+    GatherPoints points = camera_pass(tracer, *cameras[i], task, camera_settings, radiance, first_hit, statistics);
+    for (std::uint32_t& slot : points.slot) slot += static_cast<std::uint32_t>(i) * slots;
+    all.append(points);
+  }
+  radiance.resize(cameras.size() * slots);
+  return all;
 }
 
 /// Evenly chosen points of the grid.
@@ -89,7 +97,7 @@ GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadi
 PhotonDemand find_demand(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   SlotRadiance radiance;
   const GatherPoints points = view.points ? coarse_points(tracer, *view.points, radiance)
-                                          : coarse_points(tracer, *view.camera, settings, radiance);
+                                          : coarse_points(tracer, view.cameras(), settings, radiance);
   Statistics statistics;
   PhotonDemand demand;
   const QueryPoints seen = gather_points_as_queries(points);

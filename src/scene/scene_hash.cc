@@ -153,6 +153,8 @@ std::uint64_t hash_lights(const Scene& scene) {
   return hash.value();
 }
 
+}  // namespace
+
 std::uint64_t hash_camera(const Camera& c) {
   ContentHash hash;
   hash.add(c.kind);
@@ -163,8 +165,6 @@ std::uint64_t hash_camera(const Camera& c) {
   hash.add(c.focal_distance);
   return hash.value();
 }
-
-}  // namespace
 
 SceneHash hash_scene(const Scene& scene, const Camera& camera) {
   return {hash_geometry(scene.geometry()), hash_materials(scene), hash_lights(scene), hash_camera(camera)};

@@ -14,6 +14,9 @@ struct SceneHash {
   std::uint64_t camera;
 };
 
+/// Of all that a camera's rays depend on.
+std::uint64_t hash_camera(const Camera& camera);
+
 /// Reads all tables and texels, on all threads: some seconds for gigabytes of textures.
 SceneHash hash_scene(const Scene& scene, const Camera& camera);
 

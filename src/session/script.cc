@@ -87,6 +87,13 @@ void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state) {
   state.pivot_distance = length(point - state.camera.to_world.translation);
 }
 
+std::uint32_t script_length(const Script& script) {
+  if (script.frames > 0) return script.frames;
+  std::uint32_t last = 1;
+  for (const ScriptMove& move : script.moves) last = std::max(last, move.to);
+  return last;
+}
+
 void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
           ViewState& state) {
   for (const ScriptMove& move : script.moves) {

@@ -60,6 +60,9 @@ Script parse_script(const std::string& text, const std::string& name);
 void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
           ViewState& state);
 
+/// Number of frames of a script: as it says, or until nothing more happens in it.
+std::uint32_t script_length(const Script& script);
+
 /// Turns the camera to the surface under a point of a frame, which becomes the pivot; does nothing if there is none.
 /// @param share of the frame's sides, from the upper left corner
 void focus_on(const ViewFrame& frame, Vec2 share, ViewState& state);

@@ -124,11 +124,7 @@ ViewState Session::initial_state() const {
     state.width = base_->film().width;
     state.height = base_->film().height;
   }
-  // Orbits around the centre of the picture.
-  const CameraRay ray = generate_ray(state.camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
-  const Hit hit =
-      tracer_->intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()}, RayOrder::camera);
-  state.pivot_distance = hit.triangle != kNone ? hit.distance : base_->radius();
+  state.pivot_distance = pivot_distance(*tracer_, state.camera);
   return state;
 }
 

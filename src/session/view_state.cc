@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 namespace glowworm {
 
@@ -17,6 +18,13 @@ RenderSettings render_settings(const ViewState& state) {
   settings.height = state.height;
   settings.filter = state.filter ? Filtering::automatic : Filtering::off;
   return settings;
+}
+
+float pivot_distance(const Tracer& tracer, const Camera& camera) {
+  const CameraRay ray = generate_ray(camera, {0.5f, 0.5f}, 1, 1, {0.5f, 0.5f});
+  const Hit hit =
+      tracer.intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()}, RayOrder::camera);
+  return hit.triangle != kNone ? hit.distance : tracer.scene().radius();
 }
 
 bool shows_light(ViewMode mode) { return mode == ViewMode::gather || mode == ViewMode::photons; }

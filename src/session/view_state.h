@@ -8,6 +8,7 @@
 #include "scene/camera.h"
 #include "scene/light_rig.h"
 #include "settings/settings.h"
+#include "trace/tracer.h"
 
 namespace glowworm {
 
@@ -45,6 +46,9 @@ struct ViewState {
 
 /// The view as settings of a render, without camera, lights and effort.
 RenderSettings render_settings(const ViewState& state);
+
+/// ViewState::pivot_distance of a new view: to the surface in the middle of the picture, or the scene's radius.
+float pivot_distance(const Tracer& tracer, const Camera& camera);
 
 /// Whether a mode shows light, as opposed to surfaces and counts.
 bool shows_light(ViewMode mode);

@@ -35,6 +35,8 @@ constexpr const char* kFirstHits = "layers of first hits";
 constexpr const char* kNoLayers = "none";
 constexpr const char* kPixelBounds = "--pixel-bounds";
 constexpr const char* kFirstSample = "first sample";
+constexpr const char* kFrame = "frame";
+constexpr const char* kGuideCameras = "cameras of the sequence";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
@@ -82,6 +84,12 @@ std::uint64_t hash_points(const PointGrid& points) {
   return hash.value();
 }
 
+std::uint64_t hash_guide_cameras(const Scene& scene, const std::vector<std::string>& names) {
+  ContentHash hash;
+  for (const std::string& name : names) hash.add(hash_camera(scene.camera(name)));
+  return hash.value();
+}
+
 std::string names_of(const PlaceLayers& layers) {
   std::string names;
   for (const auto& [kept, name] : {std::pair{layers.position, "position"},
@@ -120,6 +128,10 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGri
   key.push_back({kFirstSample, std::to_string(s.sample_range().first)});
   key.push_back({kFirstHits, names_of(s.place_layers())});
   if (points) key.push_back({kPoints, hex(hash_points(*points))});
+  if (!s.guide_cameras.empty()) {
+    key.push_back({kFrame, std::to_string(s.frame)});
+    key.push_back({kGuideCameras, hex(hash_guide_cameras(scene, s.guide_cameras))});
+  }
   // If time is short, the caustic map gets no passes of its own.
   if (s.integrator == Integrator::gather)
     key.push_back({"length of --time", has_time_for_caustics(s) ? "long or none" : "short"});
@@ -186,7 +198,10 @@ RenderKey key_of_whole(RenderKey key) {
 
 RenderKey key_of_photons(RenderKey key) {
   key = key_of_whole(std::move(key));
-  std::erase_if(key, [](const KeyPart& part) { return part.name == kPixelBounds; });
+  const bool of_sequence = value_of(key, kGuideCameras) != kUnknown;
+  std::erase_if(key, [&](const KeyPart& part) {
+    return part.name == kPixelBounds || part.name == kFrame || (of_sequence && part.name == kCamera);
+  });
   return key;
 }
 

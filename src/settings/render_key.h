@@ -34,8 +34,8 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
 /// The key without the properties of one part of a render (RenderSettings::part).
 RenderKey key_of_whole(RenderKey key);
 
-/// The properties of a whole render, or of a rectangle of it, that determine its photons and guides. It may hold
-/// others, too.
+/// The properties of a whole render, of a rectangle of it, or of a sequence of frames, that determine its photons and
+/// guides. It may hold others, too.
 RenderKey key_of_photons(RenderKey key);
 
 /// The key of a whole render, and the file that has it.

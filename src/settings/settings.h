@@ -100,6 +100,12 @@ struct RenderSettings {
   CropWindow crop;            ///< the part of the picture to render; empty: what the scene's file asks for
   PixelBounds bounds;         ///< the same in pixels; empty: those of `crop`
   std::string camera;         ///< name; empty is the scene's first
+  /// Cameras that see what photons and gather rays are guided to: those along the way of a sequence of frames, whose
+  /// frames then share maps and guides. Names; empty: `camera` alone.
+  std::vector<std::string> guide_cameras;
+  /// Number of a frame of a sequence. Camera samples and gather rays have random numbers of their own in each; photons
+  /// and guides have the same in all.
+  std::uint32_t frame = 0;
   std::uint32_t seed = 0;
   int threads = 0;
   std::uint64_t memory_bytes = 0;
@@ -131,6 +137,8 @@ struct RenderSettings {
   PlaceLayers place_layers() const;
   /// The samples to render, by `samples` and `part`.
   SampleRange sample_range() const;
+  /// Seed of camera samples and gather rays.
+  std::uint32_t sample_seed() const { return frame == 0 ? seed : hash_combine(seed, frame); }
 };
 
 /// Whether the render filters its image.

@@ -305,6 +305,22 @@ void report_failure(Ranks& ranks, const std::string& message) {
   ranks.send(0, out.take(), kSendSeconds);
 }
 
+void report_end(Ranks& ranks) { ranks.send(0, Packer(Kind::bye).take(), kSendSeconds); }
+
+std::vector<std::string> wait_for_ends(Ranks& ranks, const std::function<bool()>& cancelled) {
+  std::vector<std::string> failures;
+  for (int left = ranks.count() - 1; left > 0 && !cancelled();) {
+    const std::optional<Message> message = ranks.receive(kTurn);
+    if (!message) continue;
+    Unpacker in(*message);
+    const Kind kind = in.take<Kind>();
+    if (kind != Kind::bye && kind != Kind::failure) continue;
+    --left;
+    if (kind == Kind::failure) failures.push_back(fmt::format("rank {}: {}", message->from, in.rest()));
+  }
+  return failures;
+}
+
 void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
   ByteReader in(bytes, "the film of a task");
   PackedReader packed([&](std::span<std::byte> to) {

@@ -74,6 +74,18 @@ class SlowMpiTest : public ProgramTest {
   }
 };
 
+TEST_F(SlowMpiTest, RanksRenderFramesOfASequence) {
+  const std::vector<std::string> turn = {"--samples", "1", "--turntable", "3"};
+  std::vector<std::string> alone = turn, shared = turn;
+  alone.insert(alone.end(), {"-o", "alone#.exr"});
+  shared.insert(shared.end(), {"-o", "shared#.exr"});
+  ASSERT_EQ(run(arguments(alone)).status, 0);
+  const Outcome outcome = run_ranks(2, shared);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  for (const char* number : {"0", "1", "2"})
+    expect_same_pixels(std::string("alone") + number + ".exr", std::string("shared") + number + ".exr");
+}
+
 TEST_F(SlowMpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
   ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
   for (const int count : {1, 2, 3, 5})

@@ -1,0 +1,217 @@
+#include "apps/sequence.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "apps/commands.h"
+#include "apps/table_options.h"
+#include "control/job.h"
+#include "core/descriptor.h"
+#include "core/error.h"
+#include "core/input_file.h"
+#include "core/text.h"
+#include "film/output.h"
+#include "image/tone_map.h"
+
+extern char** environ;
+
+namespace glowworm {
+
+namespace {
+
+/// Pixels along the longer side, and samples, of the pictures that tell the exposure.
+constexpr int kExposureSide = 48;
+constexpr std::uint32_t kExposureSamples = 4;
+
+std::string frame_camera(std::uint32_t number) { return fmt::format("frame {}", number); }
+
+/// The path of a program on PATH; "" if there is none.
+std::string find_program(const std::string& name) {
+  const char* const path = std::getenv("PATH");
+  std::stringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const std::string file = folder + "/" + name; !folder.empty() && access(file.c_str(), X_OK) == 0) return file;
+  return "";
+}
+
+/// Sends all bytes; returns false if the reader has gone.
+bool send_all(int socket, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t sent = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
+/// Runs a program whose standard input is one end of a socket, and returns its process.
+pid_t spawn_reader(const std::vector<std::string>& words, int input) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t process = -1;
+  const int error = posix_spawn(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw Error(fmt::format("'{}' cannot be started: {}", words.front(), std::strerror(error)));
+  return process;
+}
+
+}  // namespace
+
+void SequenceOptions::check() const {
+  if (turntable > 0 && !script.empty())
+    throw CommandLineError("--turntable and --script both move the camera", "Give one of them.");
+  if (!frames.empty()) read_command_line([&] { parse_frame_range(frames); });
+  if (turntable == 0 && script.empty())
+    throw CommandLineError("--frames needs a camera that moves", "Give --turntable or --script.");
+}
+
+void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions& o) {
+  add_text(c, group, "--frames", o.frames, "FIRST-LAST[:STEP]",
+           "Render these frames of --script or --turntable; '#' in -o becomes the number. Frames whose files exist "
+           "are skipped, and --part I/N renders every N-th");
+  add_number(c, "--turntable", o.turntable, 0, 100'000, "Turn the camera once around the scene in so many frames")
+      ->option_text("N")
+      ->group(group);
+  add_text(c, group, "--script", o.script, "FILE", "Move camera and lights by a script, as 'glowworm view --script'");
+  add_number(c, "--fps", o.frames_per_second, 0.01, 1000, "Frames a second of a film, -o NAME.mp4")
+      ->option_text("N [24]")
+      ->group(group);
+}
+
+Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> scene,
+                   std::shared_ptr<const Tracer> tracer, const std::string& camera)
+    : scene_(std::move(scene)), tracer_(std::move(tracer)), rig_(scene_) {
+  read_command_line([&] {
+    const Camera& start = scene_->camera(camera);
+    const Script script = options.script.empty() ? Script() : read_script(options.script);
+    std::uint32_t count = options.turntable > 0 ? options.turntable : script_length(script);
+    FrameRange range{0, count - 1, 1};
+    if (!options.frames.empty()) range = parse_frame_range(options.frames);
+    if (options.turntable > 0 && range.last >= count)
+      throw Error(fmt::format("--frames {} is beyond --turntable {}", options.frames, count),
+                  fmt::format("Frames are counted from 0 to {}.", count - 1));
+    count = std::max(count, range.last + 1);
+    frames_ = options.turntable > 0 ? turntable(*scene_, rig_, start, count)
+                                    : frames_of_script(script, *tracer_, rig_, start, count);
+    numbers_ = range.numbers();
+  });
+  std::vector<std::string> names;
+  for (std::uint32_t i = 0; i < frames_.size(); ++i) {
+    frames_[i].camera.name = frame_camera(i);
+    names.push_back(frames_[i].camera.name);
+  }
+  guides_ = guide_cameras(names);
+}
+
+void Sequence::set_frame(std::uint32_t number, RenderSettings& settings) const {
+  settings.camera = frame_camera(number);
+  settings.guide_cameras = guides_;
+  settings.frame = number;
+}
+
+const LitScene& Sequence::scene_of(std::uint32_t number) {
+  const std::vector<LightEdit>& lights = frames_[number].lights;
+  if (lit_.scene && lights == lights_) return lit_;
+  const bool edited = std::any_of(lights.begin(), lights.end(), [](const LightEdit& e) { return !(e == LightEdit()); });
+  const std::shared_ptr<const Scene> lit = edited ? rig_.edited(lights) : scene_;
+  if (!(lit->light_power().total() > 0))
+    throw Error(fmt::format("no light is on in frame {}", number), "Leave one on in each frame of the script.");
+  SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};
+  for (const FrameOfSequence& frame : frames_) edit.more_cameras.push_back(frame.camera);
+  lit_.scene = std::make_shared<const Scene>(*lit, std::move(edit));
+  lit_.tracer = std::make_shared<const Tracer>(*lit_.scene);
+  lights_ = lights;
+  return lit_;
+}
+
+float Sequence::exposure(const RenderSettings& settings) {
+  const LitScene& lit = scene_of(0);
+  const RenderSettings size = resolve(settings, *lit.scene);
+  RenderSettings s;
+  s.integrator = Integrator::path;
+  s.samples = kExposureSamples;
+  const double scale = std::min(1.0, 1.0 * kExposureSide / std::max(size.width, size.height));
+  s.width = std::max(1, static_cast<int>(size.width * scale));
+  s.height = std::max(1, static_cast<int>(size.height * scale));
+  s.bounds = {0, 0, s.width, s.height};
+  s.memory_bytes = size.memory_bytes;
+  s.threads = size.threads;
+  std::vector<RGB> pixels;
+  for (const std::string& camera : guides_) {
+    s.camera = camera;
+    Job job(lit.scene, lit.tracer, s);
+    job.wait();
+    const std::vector<RGB> seen = make_image(job.film(), job).rgb();
+    pixels.insert(pixels.end(), seen.begin(), seen.end());
+  }
+  return automatic_exposure(pixels);
+}
+
+std::optional<std::string> take_movie(std::vector<std::string>& names) {
+  const auto found =
+      std::find_if(names.begin(), names.end(), [](const std::string& n) { return lower_ending(n) == ".mp4"; });
+  if (found == names.end()) return std::nullopt;
+  std::string path = *found;
+  names.erase(found);
+  return path;
+}
+
+Movie::Movie(std::string path, const std::vector<std::string>& names, double frames_per_second)
+    : path_(std::move(path)), program_(find_program("ffmpeg")), frames_per_second_(frames_per_second) {
+  const auto found = std::find_if(names.begin(), names.end(), [](const std::string& name) {
+    return lower_ending(name) == ".png" && has_frame_number(name);
+  });
+  if (found == names.end())
+    throw CommandLineError(fmt::format("-o {}: a film is made of PNG files of its frames", path_),
+                           "Add, for example, -o frame_####.png.");
+  pictures_ = *found;
+  if (program_.empty())
+    throw CommandLineError(
+        fmt::format("-o {}: films need the program ffmpeg, which is not on PATH", path_),
+        fmt::format("Install ffmpeg, or leave this out and encode {} with another program.", pictures_));
+}
+
+void Movie::write(const std::vector<std::uint32_t>& numbers) const {
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    throw Error(fmt::format("ffmpeg cannot be started: {}", std::strerror(errno)));
+  Descriptor own(ends[0]), theirs(ends[1]);
+  const std::string unfinished = path_ + ".unfinished.mp4";
+  const pid_t process =
+      spawn_reader({program_, "-nostdin", "-y", "-loglevel", "error", "-f", "image2pipe", "-framerate",
+                    fmt::format("{}", frames_per_second_), "-c:v", "png", "-i", "pipe:0", "-vf",
+                    "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", unfinished},
+                   theirs.number());
+  theirs = Descriptor();
+  for (const std::uint32_t number : numbers)
+    if (!send_all(own.number(), read_input_file(frame_file(pictures_, number)))) break;
+  own = Descriptor();
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  std::error_code error;
+  if (status == 0) std::filesystem::rename(unfinished, path_, error);
+  if (status == 0 && !error) return;
+  std::filesystem::remove(unfinished, error);
+  throw Error(fmt::format("ffmpeg has not written {}", path_), "Its message is above; the frames are there.");
+}
+
+}  // namespace glowworm

@@ -1,0 +1,111 @@
+// Sequences of frames: `render` with --turntable and --script.
+#include <fstream>
+
+#include "apps/program.h"
+#include "image/image.h"
+
+namespace glowworm {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SequenceTest : public ProgramTest {
+ protected:
+  void write_script(const std::string& moves) const {
+    std::ofstream(path("moves.json")) << R"({"frames": 3, "moves": [)" << moves << "]}";
+  }
+  /// Renders the frames of moves.json or of `more`, into PREFIX0.exr, ...
+  Outcome frames(const std::string& prefix, std::vector<std::string> more) const {
+    more.insert(more.end(), {"--precision", "float", "-o", prefix + "#.exr"});
+    return render("builtin:cornell", more);
+  }
+  void expect_same_pixels(const std::string& a, const std::string& b) const {
+    const Image one = read_image(path(a)), other = read_image(path(b));
+    EXPECT_TRUE(one.rgb() == other.rgb()) << a << ", " << b;
+  }
+  /// A program `ffmpeg` that copies its input to its output, and PATH with it in front.
+  std::function<void()> with_ffmpeg() const {
+    fs::create_directory(path("bin"));
+    std::ofstream(path("bin/ffmpeg")) << "#!/bin/sh\nfor last; do :; done\nexec cat > \"$last\"\n";
+    fs::permissions(path("bin/ffmpeg"), fs::perms::owner_all);
+    const std::string folders = path("bin") + ":/usr/bin:/bin";
+    return [folders] { setenv("PATH", folders.c_str(), 1); };
+  }
+};
+
+TEST_F(SequenceTest, AFrameHasTheSameBitsAloneAsAmongOthers) {
+  write_script(R"({"from": 0, "to": 3, "orbit": [40, 0]})");
+  ASSERT_EQ(frames("all", {"--script", "moves.json"}).status, 0);
+  ASSERT_EQ(frames("own", {"--script", "moves.json", "--frames", "2"}).status, 0);
+  EXPECT_FALSE(fs::exists(path("own0.exr")));
+  expect_same_pixels("all2.exr", "own2.exr");
+  EXPECT_FALSE(read_image(path("all1.exr")).rgb() == read_image(path("all2.exr")).rgb());
+}
+
+TEST_F(SequenceTest, AFrameHasTheSameBitsInMovedLight) {
+  write_script(R"({"from": 0, "to": 3, "light": {"name": "0", "move": [0.1, 0, 0.1]}})");
+  ASSERT_EQ(frames("all", {"--script", "moves.json"}).status, 0);
+  ASSERT_EQ(frames("own", {"--script", "moves.json", "--frames", "2"}).status, 0);
+  expect_same_pixels("all2.exr", "own2.exr");
+}
+
+TEST_F(SequenceTest, FramesOfAWalkTracePhotonsOnce) {
+  ASSERT_EQ(frames("a", {"--turntable", "2", "--stats", "s#.json"}).status, 0);
+  EXPECT_GT(read_json("s0.json")["count"]["photons_emitted"], 0);
+  EXPECT_EQ(read_json("s1.json")["count"]["photons_emitted"], 0);
+}
+
+TEST_F(SequenceTest, PartsRenderEveryNthFrameToTheSameBits) {
+  ASSERT_EQ(frames("all", {"--turntable", "3"}).status, 0);
+  ASSERT_EQ(frames("part", {"--turntable", "3", "--part", "2/2"}).status, 0);
+  EXPECT_FALSE(fs::exists(path("part0.exr")));
+  EXPECT_FALSE(fs::exists(path("part2.exr")));
+  expect_same_pixels("all1.exr", "part1.exr");
+}
+
+TEST_F(SequenceTest, SkipsFramesThatAreThere) {
+  ASSERT_EQ(frames("a", {"--turntable", "3"}).status, 0);
+  const fs::file_time_type first = fs::last_write_time(path("a0.exr"));
+  fs::rename(path("a2.exr"), path("before.exr"));
+  const Outcome again = frames("a", {"--turntable", "3"});
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_THAT(again.err, testing::HasSubstr("frame 1 exists"));
+  EXPECT_EQ(fs::last_write_time(path("a0.exr")), first);
+  expect_same_pixels("a2.exr", "before.exr");
+}
+
+TEST_F(SequenceTest, AnInterruptedFrameLeavesNoFile) {
+  Running running(folder_, {"render", "builtin:cornell", "--size", "64x64", "--samples", "100000", "--filter", "off",
+                            "--turntable", "2", "-o", "a#.exr"});
+  ASSERT_TRUE(running.wait_for_text("frame 0", 60));
+  running.send(SIGINT);
+  EXPECT_EQ(running.wait().status, 130);
+  EXPECT_FALSE(fs::exists(path("a0.exr")));
+}
+
+TEST_F(SequenceTest, PipesPicturesToFfmpeg) {
+  const Outcome made = render("builtin:cornell", {"--turntable", "2", "-o", "a#.png", "-o", "a.mp4"}, with_ffmpeg());
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(read(path("a.mp4")), read(path("a0.png")) + read(path("a1.png")));
+  EXPECT_FALSE(fs::exists(path("a.mp4.unfinished.mp4")));
+}
+
+TEST_F(SequenceTest, RefusesWhatMakesNoSequence) {
+  const auto run_with = [&](std::vector<std::string> more) { return render("builtin:cornell", more); };
+  EXPECT_TRUE(refused(run_with({"--frames", "0-3", "-o", "a#.exr"}), {"--turntable or --script"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "-o", "a.exr"}), {"a.exr", "'#'"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "--frames", "2-1", "-o", "a#.exr"}), {"2-1", "no frame"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "--frames", "1-9", "-o", "a#.exr"}), {"beyond --turntable"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "--frames", "x", "-o", "a#.exr"}), {"'x'", "1-240:2"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "-o", "a#.exr", "-o", "a.mp4"}), {"a.mp4", ".png"}, 2));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"--turntable", "3", "-o", "a#.png", "-o", "a.mp4"},
+                             [] { setenv("PATH", "/nowhere", 1); }),
+                      {"ffmpeg"}, 2));
+  EXPECT_TRUE(refused(run_with({"--turntable", "3", "-o", "a#.exr", "--resume=a.checkpoint"}), {"--resume"}, 2));
+  write_script(R"({"at": 1, "focus": [0.5, 0.5]})");
+  EXPECT_TRUE(refused(run_with({"--script", "moves.json", "-o", "a#.exr"}), {"focus"}, 2));
+  EXPECT_TRUE(names().empty() || names() == std::vector<std::string>{"moves.json"});
+}
+
+}  // namespace
+}  // namespace glowworm
