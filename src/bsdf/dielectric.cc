@@ -100,7 +100,8 @@ void thin_dielectric_components(const View& view, Components& out) {
   // t, which is `transmission` at normal incidence and falls with the length of the path. The sums are R + T^2 t^2 R /
   // (1 - R^2 t^2) and T^2 t / (1 - R^2 t^2).
   const float eta = view.bsdf.eta.r, cos_i = std::min(view.wo.z, 1.0f);
-  const float cos_t = std::sqrt(std::max(1 - (1 - cos_i * cos_i) / (eta * eta), 0.0f));
+  // Without a step of the index nothing is bent, not even by rounding.
+  const float cos_t = eta == 1 ? cos_i : std::sqrt(std::max(1 - (1 - cos_i * cos_i) / (eta * eta), 0.0f));
   const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
   RGB reflected{0.0f}, transmitted{0.0f};

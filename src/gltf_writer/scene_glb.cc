@@ -267,9 +267,10 @@ class SceneWriter {
         break;
       case MaterialKind::dielectric:
       case MaterialKind::thin_dielectric:
+      case MaterialKind::interface:
         pbr["roughnessFactor"] = roughness;
         extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
-        extensions["KHR_materials_ior"] = {{"ior", m.ior}};
+        extensions["KHR_materials_ior"] = {{"ior", m.kind == MaterialKind::interface ? 1 : m.ior}};
         break;
       case MaterialKind::metallic_roughness:
         pbr["metallicFactor"] = std::clamp(m.metallic.value, 0.0f, 1.0f);

@@ -29,8 +29,8 @@ std::optional<RGB> parse_radiance(const std::string& text) {
   return v.size() == 3 ? std::optional(RGB(v[0], v[1], v[2])) : std::nullopt;
 }
 
-/// Rotates z up to y up and scales lengths and absorption, which is per metre. Intensities, fluxes and radiances are
-/// unchanged.
+/// Rotates z up to y up and scales lengths and coefficients of media, which are per metre. Intensities, fluxes and
+/// radiances are unchanged.
 void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
   if (z_up) turn = {turn.x, y_up_from_z_up(turn.y), y_up_from_z_up(turn.z), {0, 0, 0}};
@@ -44,6 +44,11 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   for (Material& material : d.materials) {
     material.absorption *= 1 / scale;
     material.bump.value *= scale;
+  }
+  for (Medium& medium : d.media) {
+    medium.sigma_a *= 1 / scale;
+    medium.sigma_s *= 1 / scale;
+    medium.to_medium = medium.to_medium * inverse(map);
   }
   for (Light& light : d.lights) {
     light.position = map.point(light.position);

@@ -45,7 +45,7 @@ struct LightPaths {
   std::array<std::vector<float>, 3> flux;                                          // W
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
-  std::vector<Medium> medium = std::vector<Medium>(kPathsPerChunk);               // that the last bounce led into
+  std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);       // that the last bounce led into
   std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };
 

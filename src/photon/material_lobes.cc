@@ -26,6 +26,7 @@ bool varies(const Material& m, Lobes wanted) {
 
 bool may_have_lobes(const Scene& scene, const SurfacePoint& point, std::uint32_t material, Lobes wanted) {
   const Material& m = scene.materials()[material];
+  if (m.kind == MaterialKind::interface) return false;
   if (m.kind == MaterialKind::mix)
     return may_have_lobes(scene, point, m.mix_a, wanted) || may_have_lobes(scene, point, m.mix_b, wanted);
   if (varies(m, wanted)) return true;

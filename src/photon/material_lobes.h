@@ -7,6 +7,7 @@
 namespace glowworm {
 
 /// Whether some point of a surface of this material may have one of the lobes. Textures count as if they had any value.
+/// Interfaces count as nothing.
 /// @param point of such a surface; its material is not used
 bool may_have_lobes(const Scene& scene, const SurfacePoint& point, std::uint32_t material, Lobes wanted);
 /// Whether some surface of the scene may have one of the lobes.

@@ -18,7 +18,11 @@ enum class MaterialKind : std::uint8_t {
   coated_conductor,    ///< a conductor under a dielectric coat
   metallic_roughness,  ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
   mix,                 ///< one of two other materials, chosen by amount
+  interface,           ///< parts two media; light passes it straight, unchanged
 };
+
+/// In place of the index of a medium: the scene does not say which medium is on that side of a surface.
+inline constexpr std::uint32_t kUnnamed = kNone - 1;
 
 /// The kind's name, as enumerated.
 const char* name(MaterialKind kind);
@@ -61,6 +65,10 @@ struct Material {
   float coat_normal_scale = 1;
   RGB absorption{0.0f};  ///< m^-1, of the volume that a refracting surface encloses (Beer's law)
   float dispersion = 0;  ///< KHR_materials_dispersion: 20 / Abbe number
+
+  /// Media on the sides of a surface, indices into SceneDescription::media: inside is the side that normals point away
+  /// from. kNone is vacuum.
+  std::uint32_t inside = kUnnamed, outside = kUnnamed;
 
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};

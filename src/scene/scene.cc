@@ -35,7 +35,7 @@ bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) 
 std::vector<bool> find_panes(const std::vector<Material>& materials) {
   std::vector<bool> panes;
   for (const Material& m : materials)
-    panes.push_back(m.kind == MaterialKind::thin_dielectric ||
+    panes.push_back(m.kind == MaterialKind::thin_dielectric || m.kind == MaterialKind::interface ||
                     (m.kind == MaterialKind::metallic_roughness && m.thin && m.transmission.value > 0));
   // The parts of a mix may come before or after it, and may be mixes themselves.
   for (bool changed = true; changed;) {
@@ -108,6 +108,7 @@ Vec3 move_to_origin(SceneDescription& d) {
   for (Vec3& p : d.geometry.positions) p -= origin;
   for (Light& light : d.lights) light.position -= origin;
   for (Camera& camera : d.cameras) camera.to_world.translation -= origin;
+  for (Medium& medium : d.media) medium.to_medium.translation += medium.to_medium.vector(origin);
   return origin;
 }
 

@@ -14,6 +14,7 @@
 #include "scene/light.h"
 #include "scene/light_selector.h"
 #include "scene/material.h"
+#include "scene/medium.h"
 #include "scene/texture.h"
 
 namespace glowworm {
@@ -42,6 +43,9 @@ struct SceneDescription {
   std::string name;
   Geometry geometry;
   std::vector<Material> materials;
+  std::vector<Medium> media;
+  /// Index of the medium of space that no surface encloses by name; kNone: vacuum.
+  std::uint32_t ambient_medium = kNone;
   std::vector<TextureNode> textures;
   std::vector<Emission> emissions;
   std::vector<Light> lights;
@@ -91,6 +95,10 @@ class Scene {
   /// Whether a triangle repeats an earlier one (repeated_triangles()). No ray hits it, and it emits no light.
   bool repeats(std::uint32_t triangle) const { return !repeated_->empty() && (*repeated_)[triangle]; }
   const std::vector<Material>& materials() const { return d_.materials; }
+  /// Empty: there is vacuum everywhere.
+  const std::vector<Medium>& media() const { return d_.media; }
+  /// Index of the medium of space that no surface encloses by name, or kNone.
+  std::uint32_t ambient_medium() const { return d_.ambient_medium; }
   const std::vector<TextureNode>& textures() const { return d_.textures; }
   const std::vector<Emission>& emissions() const { return d_.emissions; }
   const std::vector<Light>& lights() const { return d_.lights; }

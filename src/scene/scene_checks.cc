@@ -17,6 +17,8 @@ constexpr const char* kImporterRemedy = "The scene file is inconsistent; export 
 /// Maximum cost of one texture lookup, in nodes: far above that of real textures, and low enough not to hang.
 constexpr double kMaximalTextureCost = 4096;
 constexpr int kMaximalTextureDepth = 256;
+/// Mean number of times that light may scatter on its way out of a medium, and so a bound on a path's work.
+constexpr float kMaxScatterings = 1e6f;
 /// kMaxLight times this is still finite.
 constexpr float kMaxFilmScale = 1e8f;
 
@@ -122,6 +124,21 @@ void check_brightness(RGB value, float most, const std::string& what) {
     throw Error(fmt::format("{} is brighter than {:g}: {}", what, most, numbers()), "Give it a smaller value.");
 }
 
+void check_medium_index(const SceneDescription& d, std::uint32_t medium, const std::string& owner) {
+  if (medium != kNone && medium >= d.media.size())
+    throw Error(fmt::format("{} refers to medium {} of {}", owner, medium, d.media.size()), kImporterRemedy);
+}
+
+void check_media(const SceneDescription& d) {
+  for (const Material& m : d.materials) {
+    for (const std::uint32_t side : {m.inside, m.outside})
+      if (side != kUnnamed) check_medium_index(d, side, fmt::format("material \"{}\"", m.name));
+  }
+  check_medium_index(d, d.ambient_medium, "the scene");
+  const float size = length(d.geometry.bounds().diagonal());
+  for (const Medium& medium : d.media) check_medium(medium, size);
+}
+
 }  // namespace
 
 bool TextureCost::is_allowed() const { return nodes <= kMaximalTextureCost && levels <= kMaximalTextureDepth; }
@@ -196,6 +213,39 @@ void check_dimness(const SceneDescription& d, float radius) {
                 "Multiply all lights by one factor, and divide the picture by it.");
 }
 
+void check_medium(const Medium& m, float size) {
+  const std::string what = fmt::format("medium \"{}\"", m.name);
+  const std::pair<const char*, RGB> colors[] = {
+      {"sigma_a", m.sigma_a}, {"sigma_s", m.sigma_s}, {"emission", m.emission}};
+  for (const auto& [name, c] : colors)
+    if (!is_finite(c) || !(std::min({c.r, c.g, c.b}) >= 0))
+      throw Error(fmt::format("{} has a {} of ({:g}, {:g}, {:g})", what, name, c.r, c.g, c.b),
+                  "Give finite numbers of 0 or more.");
+  if (!(m.g > -1 && m.g < 1))
+    throw Error(fmt::format("{} has g = {:g}", what, m.g), "The mean cosine of scattering lies between -1 and 1.");
+  const float determinant = m.to_medium.determinant();
+  if (!(std::abs(determinant) > 0) || !std::isfinite(determinant) || !is_finite(m.to_medium.translation))
+    throw Error(fmt::format("{} has a transform without an inverse", what), "A scale of 0?");
+  if (m.grid && !m.bounds) throw Error(fmt::format("{} has a grid without bounds", what), kImporterRemedy);
+  if (m.bounds) {
+    const Vec3 sides = m.bounds->diagonal();
+    if (!is_within_bounds(m.bounds->min) || !is_within_bounds(m.bounds->max) ||
+        !(std::min({sides.x, sides.y, sides.z}) > 0))
+      throw Error(fmt::format("{} fills a box of {:g} x {:g} x {:g}", what, sides.x, sides.y, sides.z),
+                  "Give it a box with a volume.");
+    size = std::min(size, length(sides) / std::cbrt(std::abs(determinant)));
+  }
+  check_brightness(m.emission * (m.grid ? m.grid->greatest().emission : RGB(1.0f)), kMaxRadiance, what);
+  const RGB most = m.grid ? m.sigma_s * m.grid->greatest().sigma_s : m.sigma_s;
+  for (int c = 0; c < 3; ++c) {
+    const float until_absorbed = m.sigma_a[c] > 0 ? m.sigma_s[c] / m.sigma_a[c] : HUGE_VALF;
+    if (std::min(most[c] * size, until_absorbed) <= kMaxScatterings && greatest_extinction(m) <= kMaxLight) continue;
+    throw Error(fmt::format("{} has an extinction of {:g} m^-1, too much for a size of {:g} m", what,
+                            greatest_extinction(m), size),
+                "Give it smaller coefficients, or replace it by a diffuse surface.");
+  }
+}
+
 void check_cameras(const SceneDescription& d) {
   for (const Camera& camera : d.cameras) {
     const std::string what = fmt::format("camera \"{}\"", camera.name);
@@ -221,6 +271,7 @@ void check_description(const SceneDescription& description) {
   check_geometry(description);
   check_textures(description.textures);
   check_materials(description);
+  check_media(description);
   check_lights(description);
   check_cameras(description);
   if (!(std::abs(description.film.scale) <= kMaxFilmScale))

@@ -32,11 +32,13 @@ bool is_within_bounds(Vec3 p);
 void check_within_bounds(Vec3 p, const std::string& what);
 
 /// Throws Error if a description has an index out of range, arrays of unequal length, a vertex, camera or lens that is
-/// not finite or too far out, less than the minimum size, a light that is negative or too bright, textures or mixed
-/// materials that refer to themselves, or no triangle.
+/// not finite or too far out, a medium whose numbers are out of range, less than the minimum size, a light that is
+/// negative or too bright, textures or mixed materials that refer to themselves, or no triangle.
 void check_description(const SceneDescription& description);
 /// The same for only lights and cameras, as in a SceneEdit.
 void check_lights(const SceneDescription& description);
+/// Throws Error if the numbers of a medium are out of range. @param size of the scene, metres
+void check_medium(const Medium& medium, float size);
 /// Throws Error if even the brightest light is too dim for pictures, but not black. @param radius of the scene, metres
 void check_dimness(const SceneDescription& description, float radius);
 void check_cameras(const SceneDescription& description);

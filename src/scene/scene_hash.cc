@@ -21,7 +21,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
-static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
+static_assert(sizeof(Material) == 432 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 112 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
@@ -44,6 +44,23 @@ void add(ContentHash& hash, const Material& m) {
        {m.normal_scale, m.coat_normal_scale, m.anisotropy_rotation, m.iridescence_ior, m.least_film, m.dispersion})
     hash.add(number);
   hash.add(m.absorption);
+  hash.add(m.inside);
+  hash.add(m.outside);
+}
+
+void add(ContentHash& hash, const Medium& m) {
+  for (const RGB& color : {m.sigma_a, m.sigma_s, m.emission}) hash.add(color);
+  hash.add(m.g);
+  add(hash, m.to_medium);
+  hash.add(m.bounds.has_value());
+  if (m.bounds) hash.add(*m.bounds);
+  hash.add(m.grid != nullptr);
+  if (!m.grid) return;
+  const MediumGridValues& values = m.grid->values();
+  hash.add(values.size);
+  hash.add_array(std::span(values.density));
+  for (const std::vector<RGB>* array : {&values.sigma_a, &values.sigma_s, &values.emission})
+    hash.add_array(std::span<const RGB>(*array));
 }
 
 /// Hashes all texels, looked up at their centres.
@@ -130,6 +147,8 @@ std::uint64_t hash_geometry(const Geometry& g) {
 std::uint64_t hash_materials(const Scene& scene) {
   ContentHash hash;
   for (const Material& material : scene.materials()) add(hash, material);
+  for (const Medium& medium : scene.media()) add(hash, medium);
+  hash.add(scene.ambient_medium());
   std::map<const TextureImage*, std::uint64_t> images;
   for (const TextureNode& node : scene.textures()) {
     add(hash, node);

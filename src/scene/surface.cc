@@ -201,6 +201,12 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
       out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
       set_rare_layers(textures, m, at, out);
       break;
+    case MaterialKind::interface:  // a pane of nothing
+      out.kind = BsdfKind::thin_dielectric;
+      out.eta = RGB(1.0f);
+      out.specular = RGB(0.0f);
+      out.transmission = RGB(1.0f);
+      break;
     case MaterialKind::diffuse:
     case MaterialKind::mix:
       break;

@@ -7,7 +7,7 @@
 namespace glowworm {
 
 /// What a ray travels through.
-struct Medium {
+struct PathMedium {
   RGB absorption{0.0f};  ///< coefficient, m^-1, at the start of the ray; the surface it meets may know more
 };
 
@@ -19,7 +19,7 @@ struct PathState {
   float pdf = 0;        ///< of the last direction, per steradian; 0 after cameras and deltas, where no light is sampled
   Vec3 scattered_at{};  ///< position where that direction was sampled, metres. Panes do not scatter: light samples
                         ///< pass them, too
-  Medium medium{};
+  PathMedium medium{};
 };
 
 }  // namespace glowworm

@@ -38,7 +38,7 @@ float survive(PathState& path, float weight, float least, int bounces, Number&& 
 }
 
 /// Share of the light that the medium between a ray's start and its hit leaves.
-inline RGB transmittance(const Scene& scene, const Medium& medium, const Ray& ray, const Hit& hit) {
+inline RGB transmittance(const Scene& scene, const PathMedium& medium, const Ray& ray, const Hit& hit) {
   return transmittance(medium.absorption, absorption(scene, hit.triangle, -ray.direction), hit.distance);
 }
 

@@ -16,6 +16,7 @@
 #include "import/pbrt/camera.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/material_table.h"
+#include "import/pbrt/media.h"
 #include "import/pbrt/placement.h"
 #include "import/pbrt/shapes.h"
 #include "import/pbrt/textures.h"
@@ -51,6 +52,8 @@ struct Attributes {
   bool reverse = false;
   std::uint32_t material = 0;
   bool textured_material = false;
+  PbrtMediumSides media;
+  std::uint32_t outside_medium = kNone;  ///< of cameras
   std::shared_ptr<PbrtAreaLight> light;
   std::shared_ptr<const Defaults> defaults;  ///< null: none
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
@@ -70,11 +73,13 @@ struct PbrtBuilder::State {
   explicit State(PbrtContext& context_)
       : context(context_),
         materials(context_),
+        media(context_),
         object_meshes(*context_.budget, "object meshes", 0),
         triangles(*context_.budget, "triangles", 0) {}
 
   PbrtContext& context;
   PbrtMaterialTable materials;
+  PbrtMediumTable media;
   Attributes now;
   std::vector<Saved> stack;
   std::vector<std::function<void()>> redefinitions;  ///< of names within open blocks: restore the older value
@@ -139,7 +144,8 @@ struct PbrtBuilder::State {
     note_render_settings(d.name, d.strings[0], d.parameters, context.scene.film);
   }
   void world_begin(PbrtDirective& d);
-  void medium(PbrtDirective& d);
+  void make_named_medium(PbrtDirective& d);
+  void medium_interface(PbrtDirective& d);
   void texture(PbrtDirective& d);
   void material(PbrtDirective& d);
   void make_named_material(PbrtDirective& d);
@@ -185,8 +191,8 @@ PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) 
       Entry{"Integrator", &State::render_setting},
       Entry{"PixelFilter", &State::render_setting},
       Entry{"WorldBegin", &State::world_begin},
-      Entry{"MakeNamedMedium", &State::medium},
-      Entry{"MediumInterface", &State::medium},
+      Entry{"MakeNamedMedium", &State::make_named_medium},
+      Entry{"MediumInterface", &State::medium_interface},
       Entry{"Texture", &State::texture},
       Entry{"Material", &State::material},
       Entry{"MakeNamedMaterial", &State::make_named_material},
@@ -276,6 +282,7 @@ void PbrtBuilder::State::camera(PbrtDirective& d) {
   const TransformDouble to_world = inverse(now.transform);
   coordinate_systems["camera"] = to_world;
   Camera camera = make_camera(d.strings[0], d.parameters, to_world.relative_to(context.origin.origin()));
+  if (context.scene.cameras.empty()) context.scene.ambient_medium = now.outside_medium;
   if (!context.scene.cameras.empty()) camera.name += fmt::format("{}", context.scene.cameras.size() + 1);
   // Pictures of pbrt-v3 do not depend on the shutter.
   exposure_seconds = context.v3 ? 1.0f : exposure_time(d.parameters);
@@ -291,10 +298,17 @@ void PbrtBuilder::State::world_begin(PbrtDirective& d) {
   coordinate_systems["world"] = now.transform;
 }
 
-void PbrtBuilder::State::medium(PbrtDirective& d) {
-  for (const std::string& name : d.strings) {
-    if (!name.empty()) return note(d, "not supported, everything is in vacuum: media");
-  }
+void PbrtBuilder::State::make_named_medium(PbrtDirective& d) {
+  add_defaults("medium", d);
+  media.define(d.strings[0], d.parameters, now.transform);
+  d.parameters.note_unused(fmt::format("medium {}", in_quotes(d.strings[0])));
+}
+
+void PbrtBuilder::State::medium_interface(PbrtDirective& d) {
+  const std::string& inside = d.strings.front();
+  const std::string& outside = d.strings.back();
+  now.media = media.sides(inside, outside, d.place);
+  now.outside_medium = media.by_name(outside, d.place);
 }
 
 void PbrtBuilder::State::texture(PbrtDirective& d) {
@@ -353,7 +367,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   shape.place = d.place;
   shape.kind = d.strings[0];
   const FloatInput alpha = float_input(context, d.parameters, "alpha", 1);
-  shape.material = materials.with_alpha(now.material, alpha);
+  shape.material = materials.on_shape(now.material, alpha, now.media);
   shape.textured =
       now.textured_material || alpha.texture != kNone || (now.light && now.light->emission.radiance.texture != kNone);
   if (open_object && now.light) {
@@ -439,6 +453,7 @@ void PbrtBuilder::finish() {
     film = make_film(state.film->strings[0], state.film->parameters, state.exposure_seconds);
     film.samples = samples;
   }
+  state.media.finish();
   state.materials.finish();
 }
 

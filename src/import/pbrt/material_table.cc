@@ -11,7 +11,11 @@ namespace glowworm {
 
 namespace {
 
-bool is_absent(const Material& material) { return material.alpha.value == 0 && material.alpha.texture == kNone; }
+bool is_absent(const Material& material) {
+  const bool parts_nothing =
+      material.kind == MaterialKind::interface && material.inside == kUnnamed && material.outside == kUnnamed;
+  return parts_nothing || (material.alpha.value == 0 && material.alpha.texture == kNone);
+}
 
 /// The product of two alphas.
 FloatInput product(std::vector<TextureNode>& textures, const FloatInput& a, const FloatInput& b) {
@@ -77,14 +81,17 @@ std::uint32_t PbrtMaterialTable::by_name(const std::string& name, const PbrtPlac
   return entry.index;
 }
 
-std::uint32_t PbrtMaterialTable::with_alpha(std::uint32_t material, const FloatInput& alpha) {
-  if (alpha.texture == kNone && alpha.value >= 1) return material;
+std::uint32_t PbrtMaterialTable::on_shape(std::uint32_t material, const FloatInput& alpha,
+                                          const PbrtMediumSides& media) {
+  const bool is_plain = media.inside == kUnnamed && media.outside == kUnnamed;
+  if (alpha.texture == kNone && alpha.value >= 1 && is_plain) return material;
   for (const Variant& variant : variants_) {
-    if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value) {
+    if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value &&
+        variant.media.inside == media.inside && variant.media.outside == media.outside) {
       return variant.index;
     }
   }
-  variants_.push_back({material, next_index(), alpha});
+  variants_.push_back({material, next_index(), alpha, media});
   known_.back() = true;
   return variants_.back().index;
 }
@@ -136,7 +143,8 @@ void PbrtMaterialTable::check_mixes() {
 void PbrtMaterialTable::remove_absent() {
   const auto& materials = context_.scene.materials;
   bool any = false;
-  for (const Material& material : materials) any = any || is_absent(material);
+  for (const Material& material : materials)
+    any = any || is_absent(material) || material.kind == MaterialKind::interface;
   if (!any) return;
   Geometry& geometry = context_.scene.geometry;
   Geometry kept;
@@ -150,12 +158,14 @@ void PbrtMaterialTable::remove_absent() {
     }
     geometry.triangles[count] = geometry.triangles[t];
     geometry.material[count] = geometry.material[t];
-    geometry.emission[count] = geometry.emission[t];
+    // pbrt's interfaces do not emit.
+    const bool is_interface = materials[geometry.material[t]].kind == MaterialKind::interface;
+    geometry.emission[count] = is_interface ? kNone : geometry.emission[t];
     ++count;
   }
   if (count < geometry.triangles.size()) {
     context_.scene.notes.push_back(
-        fmt::format("{} triangles of an \"interface\" material or with an alpha of 0 were removed",
+        fmt::format("{} triangles of an \"interface\" material that parts no media or with an alpha of 0 were removed",
                     geometry.triangles.size() - count));
   }
   geometry.triangles.resize(count);
@@ -173,6 +183,8 @@ void PbrtMaterialTable::finish() {
   }
   for (const Variant& variant : variants_) {
     Material material = context_.scene.materials[variant.base];
+    material.inside = variant.media.inside;
+    material.outside = variant.media.outside;
     if (!is_absent(material)) material.alpha = product(context_.scene.textures, material.alpha, variant.alpha);
     context_.scene.materials[variant.index] = std::move(material);
   }

@@ -7,6 +7,7 @@
 
 #include "import/pbrt/context.h"
 #include "import/pbrt/materials.h"
+#include "import/pbrt/media.h"
 
 namespace glowworm {
 
@@ -24,12 +25,12 @@ class PbrtMaterialTable {
   std::function<void()> restorer(const std::string& name);
   /// Index of a named material, even if it is defined later.
   std::uint32_t by_name(const std::string& name, const PbrtPlace& place);
-  /// A copy of a material with a shape's alpha; the same index if alpha is 1.
-  std::uint32_t with_alpha(std::uint32_t material, const FloatInput& alpha);
+  /// A copy of a material with a shape's alpha and media; the same index if alpha is 1 and no medium is named.
+  std::uint32_t on_shape(std::uint32_t material, const FloatInput& alpha, const PbrtMediumSides& media);
   /// Returns false only if texture coordinates do not affect the material.
   bool may_be_textured(std::uint32_t material) const;
   /// Call it after the last directive. Reports undefined names and mixes that contain themselves as errors. Removes
-  /// triangles of "interface" materials.
+  /// triangles of "interface" materials that part no media.
   void finish();
 
  private:
@@ -41,6 +42,7 @@ class PbrtMaterialTable {
   struct Variant {
     std::uint32_t base = 0, index = 0;
     FloatInput alpha;
+    PbrtMediumSides media;
   };
   std::uint32_t next_index();
   void check_mixes();

@@ -75,7 +75,7 @@ class MaterialBuilder {
       return true;
     }
     if (!kind.empty() && kind != "interface" && kind != "none") return false;
-    material_.alpha.value = 0;  // the surface does not exist
+    material_.kind = MaterialKind::interface;
     return true;
   }
 

@@ -1,0 +1,254 @@
+#include "import/pbrt/media.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "core/error.h"
+#include "import/pbrt/colors.h"
+#include "import/pbrt/transforms.h"
+#include "scene/scene_checks.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Coefficients of milk, mm^-1 (Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for Subsurface Light
+/// Transport", 2001): the default of pbrt.
+constexpr RGB kMilkSigmaA{0.0011f, 0.0024f, 0.014f}, kMilkSigmaS{2.55f, 3.21f, 3.77f};
+
+struct Preset {
+  std::string_view name;
+  RGB sigma_s, sigma_a;  ///< mm^-1
+};
+constexpr std::array kPresets = {
+    // Jensen et al. 2001
+    Preset{"Apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}},
+    Preset{"Chicken1", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}},
+    Preset{"Chicken2", {0.19f, 0.25f, 0.32f}, {0.018f, 0.088f, 0.20f}},
+    Preset{"Cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}},
+    Preset{"Ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}},
+    Preset{"Marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}},
+    Preset{"Potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}},
+    Preset{"Skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}},
+    Preset{"Skin1", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}},
+    Preset{"Skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}},
+    Preset{"Spectralon", {11.6f, 20.4f, 14.9f}, {0.00f, 0.00f, 0.00f}},
+    Preset{"Wholemilk", kMilkSigmaS, kMilkSigmaA},
+};
+
+/// Builds the medium of one directive.
+class MediumBuilder {
+ public:
+  MediumBuilder(PbrtContext& context, const PbrtParameters& parameters) : context_(context), parameters_(parameters) {}
+
+  Medium build(const TransformDouble& to_world) {
+    place(to_world);
+    const std::string kind = parameters_.string("type", context_.v3 ? "" : "homogeneous");
+    medium_.g = parameters_.real("g", 0);
+    if (kind == "homogeneous") {
+      homogeneous();
+    } else if (kind == "uniformgrid" || kind == "heterogeneous") {
+      uniform_grid();
+    } else if (kind == "rgbgrid") {
+      rgb_grid();
+    } else if (kind == "cloud" || kind == "nanovdb") {
+      parameters_.use_all();
+      parameters_.note(fmt::format("not supported, read as vacuum: medium of type {}", in_quotes(kind)));
+    } else {
+      parameters_.error(fmt::format("unknown type of medium {}", in_quotes(kind)),
+                        "Supported: homogeneous, uniformgrid, rgbgrid and heterogeneous.");
+    }
+    return std::move(medium_);
+  }
+
+ private:
+  void place(const TransformDouble& to_world) {
+    if (!is_invertible(to_world)) {
+      parameters_.error("the transform of the medium cannot be inverted", "A scale of 0?");
+      return;
+    }
+    TransformDouble near = to_world;
+    near.translation = near.translation - Vec3d(context_.origin.origin());
+    medium_.to_medium = inverse(near).relative_to({0, 0, 0});
+  }
+
+  RGB color(const char* name, PbrtColorUse use, RGB otherwise) {
+    return color_or(context_, parameters_, name, use, otherwise);
+  }
+
+  /// Reads sigma_a and sigma_s, in units of the file as everything else.
+  void coefficients(RGB sigma_a, RGB sigma_s) {
+    medium_.sigma_a = color("sigma_a", PbrtColorUse::unbounded, sigma_a);
+    medium_.sigma_s = color("sigma_s", PbrtColorUse::unbounded, sigma_s);
+    scale();
+  }
+  void scale() {
+    const float scale = parameters_.real("scale", 1);
+    medium_.sigma_a *= scale;
+    medium_.sigma_s *= scale;
+  }
+
+  void homogeneous() {
+    medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f)) * parameters_.real("Lescale", 1);
+    const std::string preset = parameters_.string("preset", "");
+    if (preset.empty()) return coefficients(kMilkSigmaA, kMilkSigmaS);
+    for (const Preset& known : kPresets) {
+      if (known.name != preset) continue;
+      medium_.sigma_a = known.sigma_a;
+      medium_.sigma_s = known.sigma_s;
+      parameters_.note("coefficients per millimetre, as in pbrt taken per unit of the file: preset of a medium");
+      return scale();
+    }
+    std::string names;
+    for (const Preset& known : kPresets) names += (names.empty() ? "" : ", ") + std::string(known.name);
+    parameters_.error(fmt::format("unknown preset {} of a medium", in_quotes(preset)), "Known: " + names + ".");
+  }
+
+  /// Reads bounds and number of cells of a grid.
+  void bounds(MediumGridValues& grid) {
+    const Vec3d low = parameters_.point3("p0", {0, 0, 0}), high = parameters_.point3("p1", {1, 1, 1});
+    Box3 box;
+    box.grow(narrow(low));
+    box.grow(narrow(high));
+    medium_.bounds = box;
+    grid.size = {parameters_.integer("nx", 1), parameters_.integer("ny", 1), parameters_.integer("nz", 1)};
+  }
+
+  std::vector<float> numbers(const char* name) {
+    const std::span<const double> given = parameters_.numbers(name, PbrtType::real);
+    return {given.begin(), given.end()};
+  }
+  std::vector<RGB> colors(const char* name) {
+    const std::span<const double> given = parameters_.numbers(name, PbrtType::rgb);
+    std::vector<RGB> out;
+    for (std::size_t i = 0; i + 2 < given.size(); i += 3)
+      out.emplace_back(static_cast<float>(given[i]), static_cast<float>(given[i + 1]),
+                       static_cast<float>(given[i + 2]));
+    return out;
+  }
+
+  void finish(MediumGridValues grid) {
+    try {
+      medium_.grid = std::make_shared<const MediumGrid>(std::move(grid));
+    } catch (const Error& error) {
+      parameters_.error(error.what(), "");
+    }
+  }
+
+  /// A density for each cell, and emission by a factor or a temperature for each cell.
+  void uniform_grid() {
+    MediumGridValues grid;
+    bounds(grid);
+    grid.density = numbers("density");
+    if (context_.v3)
+      coefficients(kMilkSigmaA, kMilkSigmaS);
+    else
+      coefficients(RGB(1.0f), RGB(1.0f));
+    const std::vector<float> scales = numbers("Lescale"), temperatures = numbers("temperature");
+    if (grid.density.empty() && temperatures.empty())
+      return parameters_.error("a grid without density", "Give \"float density\", one value for each cell.");
+    medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f));
+    if (!is_black(medium_.emission)) {
+      for (const float scale : scales) grid.emission.emplace_back(scale);
+      if (!temperatures.empty()) parameters_.error("a medium has both Le and temperature", "Give one of them.");
+    } else if (!temperatures.empty()) {
+      medium_.emission = RGB(1.0f);
+      black_bodies(temperatures, scales, grid.emission);
+    }
+    finish(std::move(grid));
+  }
+
+  /// Emission of black bodies, whose spectra are 1 at their peak as in pbrt-v4.
+  void black_bodies(const std::vector<float>& temperatures, const std::vector<float>& scales, std::vector<RGB>& out) {
+    constexpr float kLeast = 100, kMost = 1e7f;  // K: pbrt-v4 shows nothing colder
+    const float offset = parameters_.real("temperatureoffset", parameters_.real("temperaturecutoff", 0));
+    const float factor = parameters_.real("temperaturescale", 1);
+    for (std::size_t i = 0; i < temperatures.size(); ++i) {
+      const float kelvin = (temperatures[i] - offset) * factor;
+      const float scale = i < scales.size() ? scales[i] : 1;
+      if (kelvin > kLeast) {
+        const RGB color = blackbody_rgb_of_peak(std::min(kelvin, kMost)) * scale;
+        // Red of low temperatures lies outside the triangle of colours.
+        out.push_back({std::max(color.r, 0.0f), std::max(color.g, 0.0f), std::max(color.b, 0.0f)});
+      } else {
+        out.emplace_back(kelvin <= kLeast ? 0.0f : kelvin);  // NaN stays, for the check
+      }
+    }
+  }
+
+  void rgb_grid() {
+    MediumGridValues grid;
+    bounds(grid);
+    grid.sigma_a = colors("sigma_a");
+    grid.sigma_s = colors("sigma_s");
+    grid.emission = colors("Le");
+    if (grid.sigma_a.empty() && grid.sigma_s.empty())
+      return parameters_.error("a grid without coefficients", "Give \"rgb sigma_a\" or sigma_s for each cell.");
+    medium_.sigma_a = medium_.sigma_s = RGB(1.0f);
+    scale();
+    medium_.emission = grid.emission.empty() ? RGB(0.0f) : RGB(parameters_.real("Lescale", 1));
+    finish(std::move(grid));
+  }
+
+  PbrtContext& context_;
+  const PbrtParameters& parameters_;
+  Medium medium_;
+};
+
+}  // namespace
+
+Medium make_medium(PbrtContext& context, const PbrtParameters& parameters, const TransformDouble& to_world) {
+  return MediumBuilder(context, parameters).build(to_world);
+}
+
+std::uint32_t PbrtMediumTable::next_index() {
+  context_.scene.media.emplace_back();
+  return static_cast<std::uint32_t>(context_.scene.media.size() - 1);
+}
+
+void PbrtMediumTable::define(const std::string& name, const PbrtParameters& parameters,
+                             const TransformDouble& to_world) {
+  Medium medium = make_medium(context_, parameters, to_world);
+  medium.name = name;
+  try {
+    check_medium(medium, 0);
+  } catch (const Error& error) {
+    parameters.error(error.what(), "");
+  }
+  Name& entry = names_[name];
+  if (entry.defined)
+    context_.diagnostics.note(parameters.place(),
+                              fmt::format("defined again, later uses take the new one: medium {}", in_quotes(name)));
+  if (entry.defined || !entry.first_use.file) entry.index = next_index();
+  entry.defined = true;
+  entry.first_use = parameters.place();
+  context_.scene.media[entry.index] = std::move(medium);
+}
+
+std::uint32_t PbrtMediumTable::by_name(const std::string& name, const PbrtPlace& place) {
+  if (name.empty()) return kNone;
+  Name& entry = names_[name];
+  if (!entry.defined && !entry.first_use.file) {
+    entry.index = next_index();
+    entry.first_use = place;
+  }
+  return entry.index;
+}
+
+PbrtMediumSides PbrtMediumTable::sides(const std::string& inside, const std::string& outside, const PbrtPlace& place) {
+  const PbrtMediumSides sides{by_name(inside, place), by_name(outside, place)};
+  return sides.inside == sides.outside ? PbrtMediumSides() : sides;
+}
+
+void PbrtMediumTable::finish() {
+  for (const auto& [name, entry] : names_) {
+    if (entry.defined) continue;
+    context_.diagnostics.error(entry.first_use, fmt::format("there is no medium {}", in_quotes(name)),
+                               "Define it by MakeNamedMedium.");
+  }
+}
+
+}  // namespace glowworm
