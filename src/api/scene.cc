@@ -86,6 +86,7 @@ Scene Scene::load(const std::string& path, const LoadOptions& options) {
   for (const auto& [name, text] : options.more)
     scene_options()[name_index("scene option", name, names)].read(changes, text);
   ImportOptions reading;
+  reading.moment = changes.moment;
   reading.light_uvs = true;  // this and the next for bake()
   reading.gltf_parts = std::make_shared<GltfParts>();
   reading.outside_files = std::make_shared<std::vector<std::string>>();

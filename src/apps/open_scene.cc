@@ -53,7 +53,9 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
     warn("--environment has no effect with --sky");
   const InputRecord record;
   SceneDescription description;
-  const auto load = [&] { description = load_scene(path, options); };
+  ImportOptions at_moment = options;
+  at_moment.moment = changes.moment;
+  const auto load = [&] { description = load_scene(path, at_moment); };
   is_builtin(path) ? read_command_line(load) : load();
   change_scene(description, changes, options.budget);
   if (files)

@@ -121,10 +121,12 @@ struct Opened {
 };
 
 /// Loads the scene of the command line, in its view and light.
-Opened open(RenderOptions& o, OutputFiles& files, bool helps) {
+/// @param motion to import with it; null: none
+Opened open(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<CameraMotion> motion) {
   Opened out;
   out.start = Clock::now();
   ImportOptions import_options;
+  import_options.camera_motion = std::move(motion);
   import_options.budget = loading_budget(o.settings.memory_bytes);
   out.scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   read_command_line([&] {
@@ -245,8 +247,16 @@ int render_frames(const RenderOptions& o, const Opened& opened, Sequence& sequen
 
 /// Renders a sequence: all of it, a part, or by ranks of which each renders its share.
 int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
-                    const std::shared_ptr<Ranks>& ranks) {
-  Sequence sequence(o.sequence, opened.scene, opened.tracer, o.settings.camera);
+                    const std::shared_ptr<CameraMotion>& motion, const std::shared_ptr<Ranks>& ranks) {
+  const auto open_at = [&o](double seconds) {
+    ImportOptions import_options;
+    import_options.budget = loading_budget(o.settings.memory_bytes);
+    SceneChanges changes = o.changes.changes;
+    changes.moment.seconds = seconds;
+    std::string camera = o.settings.camera;
+    return scene_of_view(open_scene(o.scene, import_options, changes), o.lights, o.view, camera);
+  };
+  Sequence sequence(o.sequence, opened.scene, opened.tracer, o.settings.camera, motion, open_at);
   const SampleShare part = std::exchange(o.settings.part, {});
   std::vector<std::uint32_t> numbers = sequence.numbers();
   if (!part.is_all()) numbers = share_of(numbers, part.index - 1, part.count);
@@ -290,7 +300,8 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   }
   keep_heap_small(o.settings.memory_bytes);
   TevStream tev(helps ? "" : o.tev);
-  const Opened opened = open(o, files, helps);
+  const std::shared_ptr<CameraMotion> motion = camera_motion(o.sequence, o.changes.changes.moment, o.settings.camera);
+  const Opened opened = open(o, files, helps, motion);
   if (o.outputs.empty()) {
     name_outputs(o, opened.scene->film());
     if (!helps) prepare_outputs(o, files);
@@ -299,7 +310,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   catch_interrupts();
   if (ranks)
     if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
-  if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, ranks);
+  if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, motion, ranks);
   return render_picture(o, opened, files, tev, ranks);
 }
 

@@ -35,8 +35,6 @@ namespace {
 constexpr int kExposureSide = 48;
 constexpr std::uint32_t kExposureSamples = 4;
 
-std::string frame_camera(std::uint32_t number) { return fmt::format("frame {}", number); }
-
 /// The path of a program on PATH; "" if there is none.
 std::string find_program(const std::string& name) {
   const char* const path = std::getenv("PATH");
@@ -79,66 +77,88 @@ void SequenceOptions::check() const {
   if (turntable > 0 && !script.empty())
     throw CommandLineError("--turntable and --script both move the camera", "Give one of them.");
   if (!frames.empty()) read_command_line([&] { parse_frame_range(frames); });
-  if (turntable == 0 && script.empty())
-    throw CommandLineError("--frames needs a camera that moves", "Give --turntable or --script.");
 }
 
 void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions& o) {
   add_text(c, group, "--frames", o.frames, "FIRST-LAST[:STEP]",
-           "Render these frames of --script or --turntable; '#' in -o becomes the number. Frames whose files exist "
-           "are skipped, and --part I/N renders every N-th");
+           "Render these frames of the scene's animation, --script or --turntable; '#' in -o becomes the number. "
+           "Frames whose files exist are skipped, and --part I/N renders every N-th");
   add_number(c, "--turntable", o.turntable, 0, 100'000, "Turn the camera once around the scene in so many frames")
       ->option_text("N")
       ->group(group);
   add_text(c, group, "--script", o.script, "FILE", "Move camera and lights by a script, as 'glowworm view --script'");
-  add_number(c, "--fps", o.frames_per_second, 0.01, 1000, "Frames a second of a film, -o NAME.mp4")
+  add_number(c, "--fps", o.frames_per_second, 0.01, 1000, "Frames a second, of animations and of films, -o NAME.mp4")
       ->option_text("N [24]")
       ->group(group);
 }
 
+std::shared_ptr<CameraMotion> camera_motion(const SequenceOptions& options, const Moment& moment,
+                                            const std::string& camera) {
+  const bool other = options.turntable > 0 || !options.script.empty();
+  if (!options.is_given() || (other && moment.animation.empty())) return nullptr;
+  auto motion = std::make_shared<CameraMotion>();
+  motion->camera = camera;
+  motion->frames_per_second = options.frames_per_second;
+  if (!options.frames.empty()) motion->frames = parse_frame_range(options.frames).last + 1;
+  return motion;
+}
+
 Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> scene,
-                   std::shared_ptr<const Tracer> tracer, const std::string& camera)
-    : scene_(std::move(scene)), tracer_(std::move(tracer)), rig_(scene_) {
+                   std::shared_ptr<const Tracer> tracer, const std::string& camera,
+                   std::shared_ptr<const CameraMotion> motion, OpenAt open_at)
+    : scene_(std::move(scene)), motion_(std::move(motion)), open_at_(std::move(open_at)) {
+  const LightRig rig(scene_);
   read_command_line([&] {
     const Camera& start = scene_->camera(camera);
     const Script script = options.script.empty() ? Script() : read_script(options.script);
-    std::uint32_t count = options.turntable > 0 ? options.turntable : script_length(script);
+    const bool turns = options.turntable > 0, scripted = !options.script.empty();
+    std::uint32_t count = turns ? options.turntable : scripted ? script_length(script) : motion_->frames;
     FrameRange range{0, count - 1, 1};
     if (!options.frames.empty()) range = parse_frame_range(options.frames);
-    if (options.turntable > 0 && range.last >= count)
+    if (turns && range.last >= count)
       throw Error(fmt::format("--frames {} is beyond --turntable {}", options.frames, count),
                   fmt::format("Frames are counted from 0 to {}.", count - 1));
     count = std::max(count, range.last + 1);
-    frames_ = options.turntable > 0 ? turntable(*scene_, rig_, start, count)
-                                    : frames_of_script(script, *tracer_, rig_, start, count);
     numbers_ = range.numbers();
+    if (turns || scripted) {
+      frames_ = turns ? turntable(*scene_, rig, start, count) : frames_of_script(script, *tracer, rig, start, count);
+      return;
+    }
+    const std::vector<Camera>& all = scene_->cameras();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto own =
+          std::find_if(all.begin(), all.end(), [&](const Camera& c) { return c.name == CameraMotion::name(i); });
+      frames_.push_back({own == all.end() ? start : *own, std::vector<LightEdit>(rig.lights().size())});
+    }
   });
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < frames_.size(); ++i) {
-    frames_[i].camera.name = frame_camera(i);
+    frames_[i].camera.name = CameraMotion::name(i);
     names.push_back(frames_[i].camera.name);
   }
   guides_ = guide_cameras(names);
 }
 
 void Sequence::set_frame(std::uint32_t number, RenderSettings& settings) const {
-  settings.camera = frame_camera(number);
+  settings.camera = CameraMotion::name(number);
   settings.guide_cameras = guides_;
   settings.frame = number;
 }
 
 const LitScene& Sequence::scene_of(std::uint32_t number) {
   const std::vector<LightEdit>& lights = frames_[number].lights;
-  if (lit_.scene && lights == lights_) return lit_;
+  if (lit_.scene && (shown_ == number || (!moves() && lights == frames_[shown_].lights))) return lit_;
+  lit_ = {};
+  const std::shared_ptr<const Scene> unlit = moves() ? open_at_(motion_->seconds(number)) : scene_;
   const bool edited = std::any_of(lights.begin(), lights.end(), [](const LightEdit& e) { return !(e == LightEdit()); });
-  const std::shared_ptr<const Scene> lit = edited ? rig_.edited(lights) : scene_;
+  const std::shared_ptr<const Scene> lit = edited ? LightRig(unlit).edited(lights) : unlit;
   if (!(lit->light_power().total() > 0))
     throw Error(fmt::format("no light is on in frame {}", number), "Leave one on in each frame of the script.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};
   for (const FrameOfSequence& frame : frames_) edit.more_cameras.push_back(frame.camera);
   lit_.scene = std::make_shared<const Scene>(*lit, std::move(edit));
   lit_.tracer = std::make_shared<const Tracer>(*lit_.scene);
-  lights_ = lights;
+  shown_ = number;
   return lit_;
 }
 

@@ -1,10 +1,12 @@
-// Frames of a sequence on the command line: --frames, --turntable, --script, and films of them.
+// Frames of a sequence on the command line: --frames of an animation, --turntable, --script, and films of them.
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "import/import.h"
 #include "scene/light_rig.h"
 #include "session/frames.h"
 #include "settings/settings.h"
@@ -30,7 +32,13 @@ struct SequenceOptions {
 /// Adds --frames, --turntable, --script and --fps.
 void add_sequence_options(CLI::App& command, const std::string& group, SequenceOptions& options);
 
-/// A scene in the light of a frame.
+/// The motion to import with the scene; null if the frames are not of its animation.
+/// @param moment of the scene options
+/// @param camera name; empty is the file's first
+std::shared_ptr<CameraMotion> camera_motion(const SequenceOptions& options, const Moment& moment,
+                                            const std::string& camera);
+
+/// A scene as it is in a frame.
 struct LitScene {
   std::shared_ptr<const Scene> scene;  ///< has the cameras of all frames, named by frame_camera()
   std::shared_ptr<const Tracer> tracer;
@@ -39,28 +47,34 @@ struct LitScene {
 /// The frames that the options ask for, and the scene that each shows.
 class Sequence {
  public:
+  /// Opens the scene at a moment of its animation, s.
+  using OpenAt = std::function<std::shared_ptr<const Scene>(double seconds)>;
+
   /// Throws CommandLineError for a script that is invalid or a camera that does not exist.
   /// @param camera name of the camera that starts the sequence
+  /// @param motion with which the scene was imported, or null
   Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer,
-           const std::string& camera);
+           const std::string& camera, std::shared_ptr<const CameraMotion> motion, OpenAt open_at);
 
   /// Numbers of the frames to render.
   const std::vector<std::uint32_t>& numbers() const { return numbers_; }
   /// Makes these the settings of a frame.
   void set_frame(std::uint32_t number, RenderSettings& settings) const;
-  /// The scene of a frame: the same object as for the last call if the lights are the same.
+  /// The scene of a frame: the same object as for the last call if nothing but the camera moves.
   const LitScene& scene_of(std::uint32_t number);
   /// An exposure for PNG files of all frames, in stops: the automatic one of small pictures along the way.
   float exposure(const RenderSettings& settings);
 
  private:
+  bool moves() const { return motion_ && motion_->anything_else_moves; }
+
   std::shared_ptr<const Scene> scene_;
-  std::shared_ptr<const Tracer> tracer_;
-  LightRig rig_;
+  std::shared_ptr<const CameraMotion> motion_;
+  OpenAt open_at_;
   std::vector<FrameOfSequence> frames_;
   std::vector<std::string> guides_;
   std::vector<std::uint32_t> numbers_;
-  std::vector<LightEdit> lights_;  // of lit_
+  std::uint32_t shown_ = 0;  // the frame of lit_
   LitScene lit_;
 };
 

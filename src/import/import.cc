@@ -1,5 +1,7 @@
 #include "import/import.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <new>
 #include <string_view>
@@ -63,6 +65,10 @@ SceneDescription load_file(const std::string& path, const ImportOptions& options
 bool is_builtin(std::string_view path_or_builtin) { return path_or_builtin.starts_with(kBuiltinPrefix); }
 
 SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
+  const bool moves = options.moment.seconds > 0 || !options.moment.animation.empty() || options.camera_motion;
+  if (const std::string extension = lower_ending(path_or_builtin); moves && extension != ".gltf" && extension != ".glb")
+    throw Error(fmt::format("'{}' has no animation: only glTF files have", path_or_builtin),
+                "Leave out --animation, --at, and --frames without --script or --turntable.");
   if (is_builtin(path_or_builtin)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
   const InputRecord record;
   SceneDescription description = load_file(path_or_builtin, options);

@@ -16,6 +16,24 @@ struct GltfParts;
 /// A memory budget for loading a scene. @param bytes 0: half of the machine's memory
 std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes = 0);
 
+/// A moment of a scene that moves.
+struct Moment {
+  std::string animation;  ///< name in the file, or number from 0; empty: the first, if there is one
+  double seconds = 0;     ///< of that animation
+};
+
+/// A camera at all frames of an animation.
+struct CameraMotion {
+  std::string camera;                ///< name; empty: the file's first
+  double frames_per_second = 24;     ///< frame i is the moment i / frames_per_second
+  std::uint32_t frames = 0;          ///< the fewest; the import raises it to those of the whole animation
+  bool anything_else_moves = false;  ///< set by the import: whether meshes or lights differ between frames
+
+  /// The name that the camera of a frame gets in the description.
+  static std::string name(std::uint32_t frame) { return "frame " + std::to_string(frame); }
+  double seconds(std::uint32_t frame) const { return frame / frames_per_second; }
+};
+
 /// Resources and options of an import.
 struct ImportOptions {
   /// Limits the memory of loading: file contents, meshes, the scene's triangles with their ray-tracing structures, and
@@ -28,6 +46,10 @@ struct ImportOptions {
   bool light_uvs = false;
   /// Gets the origin of the triangles of a glTF file, unless it is null.
   std::shared_ptr<GltfParts> gltf_parts = {};
+  /// The moment that is shown, of a glTF file.
+  Moment moment = {};
+  /// Gets the cameras of more moments of a glTF file, after its own; null: none.
+  std::shared_ptr<CameraMotion> camera_motion = {};
   /// Gets the files outside of the scene file's folder that were read, unless it is null.
   std::shared_ptr<std::vector<std::string>> outside_files = {};
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/memory_budget.h"
+#include "import/import.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -21,6 +22,7 @@ struct SceneChanges {
   /// The file's z axis points up, instead of its y axis. The places and directions of luminaires and look_at have it.
   bool z_up = false;
   float metres_per_unit = 1;                    ///< scale of the file's lengths
+  Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
   bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them

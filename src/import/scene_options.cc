@@ -52,6 +52,10 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); }},
     {"--fov", "DEGREES", "Angle of view along the picture's shorter side",
      [](SceneChanges& c, const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); }},
+    {"--animation", "NAME", "Animation of a glTF file, by name or number, for --at and --frames",
+     [](SceneChanges& c, const std::string& text) { c.moment.animation = text; }},
+    {"--at", "SECONDS [0]", "Moment of the animation that is shown",
+     [](SceneChanges& c, const std::string& text) { c.moment.seconds = parse_number("--at", text, 0, 1e9f); }},
     {"--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
      [](SceneChanges& c, const std::string& text) { c.look_at = parse_look_at(text); }},
 };

@@ -49,6 +49,31 @@ TEST_F(SequenceTest, AFrameHasTheSameBitsInMovedLight) {
   expect_same_pixels("all2.exr", "own2.exr");
 }
 
+TEST_F(SequenceTest, FramesOfAnAnimationShowItsMoments) {
+  write_scenes();
+  nlohmann::json gltf = read_json("a.gltf");
+  // The first node rises by 1 m in a second: times 0 and 1, places (0,0,0) and (0,1,0).
+  const float numbers[] = {0, 1, 0, 0, 0, 0, 1, 0};
+  std::ofstream(path("move.bin")).write(reinterpret_cast<const char*>(numbers), sizeof numbers);
+  const auto add = [&](const char* list, const nlohmann::json& object) {
+    gltf[list].push_back(object);
+    return gltf[list].size() - 1;
+  };
+  const auto buffer = add("buffers", {{"uri", "move.bin"}, {"byteLength", sizeof numbers}});
+  const auto view = add("bufferViews", {{"buffer", buffer}, {"byteLength", sizeof numbers}});
+  const auto times =
+      add("accessors", {{"bufferView", view}, {"componentType", 5126}, {"type", "SCALAR"}, {"count", 2}});
+  const auto places = add(
+      "accessors", {{"bufferView", view}, {"byteOffset", 8}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 2}});
+  gltf["animations"] = {{{"samplers", {{{"input", times}, {"output", places}}}},
+                         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
+  std::ofstream(path("a.gltf")) << gltf;
+  ASSERT_EQ(render("a.gltf", {"--frames", "0-2", "--fps", "2", "--precision", "float", "-o", "f#.exr"}).status, 0);
+  ASSERT_EQ(render("a.gltf", {"--frames", "2", "--fps", "2", "--precision", "float", "-o", "own#.exr"}).status, 0);
+  expect_same_pixels("f2.exr", "own2.exr");
+  EXPECT_FALSE(read_image(path("f0.exr")).rgb() == read_image(path("f2.exr")).rgb());
+}
+
 TEST_F(SequenceTest, FramesOfAWalkTracePhotonsOnce) {
   ASSERT_EQ(frames("a", {"--turntable", "2", "--stats", "s#.json"}).status, 0);
   EXPECT_GT(read_json("s0.json")["count"]["photons_emitted"], 0);
@@ -92,7 +117,7 @@ TEST_F(SequenceTest, PipesPicturesToFfmpeg) {
 
 TEST_F(SequenceTest, RefusesWhatMakesNoSequence) {
   const auto run_with = [&](std::vector<std::string> more) { return render("builtin:cornell", more); };
-  EXPECT_TRUE(refused(run_with({"--frames", "0-3", "-o", "a#.exr"}), {"--turntable or --script"}, 2));
+  EXPECT_TRUE(refused(run_with({"--frames", "0-3", "-o", "a#.exr"}), {"no animation"}, 2));
   EXPECT_TRUE(refused(run_with({"--turntable", "3", "-o", "a.exr"}), {"a.exr", "'#'"}, 2));
   EXPECT_TRUE(refused(run_with({"--turntable", "3", "--frames", "2-1", "-o", "a#.exr"}), {"2-1", "no frame"}, 2));
   EXPECT_TRUE(refused(run_with({"--turntable", "3", "--frames", "1-9", "-o", "a#.exr"}), {"beyond --turntable"}, 2));

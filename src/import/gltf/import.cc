@@ -16,6 +16,7 @@
 #include "core/input_file.h"
 #include "core/parallel.h"
 #include "import/gltf/accessor.h"
+#include "import/gltf/animation.h"
 #include "import/gltf/check.h"
 #include "import/gltf/document.h"
 #include "import/gltf/material.h"
@@ -34,6 +35,8 @@ namespace glowworm {
 namespace {
 
 constexpr int kDeepestNode = 1000;
+/// Frames of an animation whose cameras are read: longer ones are not one sequence.
+constexpr std::uint32_t kMostFrames = 100'000;
 
 /// Whether all numbers are finite as floats.
 bool is_finite(const Transform& t) {
@@ -57,7 +60,9 @@ class GltfBuilder {
         triangles_(*options.budget, "triangles", 0),
         textures_(options, notes_),
         materials_(document, textures_, notes_, description_),
-        pose_(document),
+        moment_(options.moment),
+        pose_(document, options.moment),
+        motion_(options.camera_motion),
         light_uvs_(options.light_uvs),
         parts_(options.gltf_parts) {}
 
@@ -71,12 +76,14 @@ class GltfBuilder {
     for (const int root : root_nodes()) place(root, TransformDouble{}, true, 0);
     check_room();
     for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
+    if (motion_) add_motion();
     note_extensions();
     // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
     // with a glowing lamp.
     description_.emission_may_be_decoration = true;
     note_variants();
-    notes_.add("animation: the first moment is shown", model_.animations.size());
+    if (!motion_ && moment_.seconds == 0)
+      notes_.add("animation: the first moment is shown; --at shows another", model_.animations.size());
     if (parts_) notes_.add("skin: its mesh gets the light of the file's pose", model_.skins.size());
     notes_.write_to(description_.notes);
     return std::move(description_);
@@ -120,7 +127,55 @@ class GltfBuilder {
     if (const auto* visibility = find_extension(node.extensions, "KHR_node_visibility"))
       visible = visible && bool_member(*visibility, "visible", true);
     placed_.push_back({index, visible});
-    for (const int child : node.children) place(child, to_world, visible, depth + 1);
+    for (const int child : node.children) {
+      parent_[child] = index;
+      place(child, to_world, visible, depth + 1);
+    }
+  }
+
+  /// A node's transform to the world in another pose.
+  TransformDouble to_world_in(const GltfPose& pose, int index) const {
+    TransformDouble out = pose.local(index);
+    for (auto above = parent_.find(index); above != parent_.end(); above = parent_.find(above->second))
+      out = pose.local(above->second) * out;
+    return out;
+  }
+
+  /// Whether what the node shows or lights is the same in another pose.
+  bool is_same_in(const GltfPose& pose, int index) const {
+    const auto same = [](const TransformDouble& a, const TransformDouble& b) {
+      return a.x == b.x && a.y == b.y && a.z == b.z && a.translation == b.translation;
+    };
+    return same(to_world_in(pose, index), to_world_in(pose_, index)) && pose.weights(index) == pose_.weights(index);
+  }
+
+  /// Adds a camera for each moment of the motion, and finds out whether anything else moves.
+  void add_motion() {
+    std::set<int> shown;  // nodes that meshes and lights depend on
+    const tinygltf::Node* camera = nullptr;
+    int camera_index = -1;
+    for (const PlacedNode& placed : placed_) {
+      const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(placed.index)];
+      if (node.mesh >= 0 || find_extension(node.extensions, "KHR_lights_punctual")) shown.insert(placed.index);
+      if (node.skin >= 0)
+        for (const int joint : model_.skins[static_cast<std::size_t>(node.skin)].joints) shown.insert(joint);
+      if (node.camera < 0 || camera) continue;
+      const std::string& own = model_.cameras[static_cast<std::size_t>(node.camera)].name;
+      if (!motion_->camera.empty() && motion_->camera != (node.name.empty() ? own : node.name)) continue;
+      camera = &node;
+      camera_index = placed.index;
+    }
+    const double frames = std::ceil(animation_seconds(document_, moment_.animation) * motion_->frames_per_second) + 1;
+    motion_->frames = std::max(motion_->frames, static_cast<std::uint32_t>(std::min(frames, double{kMostFrames})));
+    for (std::uint32_t i = 0; i < motion_->frames && (camera || !motion_->anything_else_moves); ++i) {
+      const GltfPose pose(document_, {moment_.animation, motion_->seconds(i)});
+      motion_->anything_else_moves |=
+          !std::all_of(shown.begin(), shown.end(), [&](int node) { return is_same_in(pose, node); });
+      if (!camera) continue;
+      const std::size_t before = description_.cameras.size();
+      add_camera(*camera, to_world_in(pose, camera_index).relative_to(origin_.origin()));
+      if (description_.cameras.size() > before) description_.cameras.back().name = CameraMotion::name(i);
+    }
   }
 
   void add_node(int index, bool visible) {
@@ -387,7 +442,10 @@ class GltfBuilder {
   TextureCache textures_;
   GltfMaterials materials_;
   std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
+  const Moment moment_;
   GltfPose pose_;
+  const std::shared_ptr<CameraMotion> motion_;
+  std::map<int, int> parent_;  // of each node below another
   bool light_uvs_;
   std::shared_ptr<GltfParts> parts_;  ///< null: not wanted
   std::vector<PlacedNode> placed_;    ///< in the order of the file's tree

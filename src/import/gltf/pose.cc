@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "import/gltf/accessor.h"
+#include "import/gltf/animation.h"
 #include "import/gltf/document.h"
 
 namespace glowworm {
@@ -34,62 +35,32 @@ TransformDouble gltf_rotation_and_scale(const double q[4], Vec3d scale) {
           {0, 0, 0}};
 }
 
-GltfPose::GltfPose(const GltfDocument& document) : document_(document) {
+GltfPose::GltfPose(const GltfDocument& document, const Moment& moment) : document_(document) {
   const tinygltf::Model& model = *document.model;
-  std::vector<std::vector<double>> translations, rotations, scales;
+  GltfNodeValues values;
   for (const tinygltf::Node& node : model.nodes) {
-    translations.push_back(node.translation);
-    rotations.push_back(node.rotation);
-    scales.push_back(node.scale);
+    values.translation.push_back(node.translation);
+    values.rotation.push_back(node.rotation);
+    values.scale.push_back(node.scale);
     const std::vector<double>& weights = node.weights.empty() && node.mesh >= 0
                                              ? model.meshes[static_cast<std::size_t>(node.mesh)].weights
                                              : node.weights;
-    weights_.emplace_back(weights.begin(), weights.end());
+    values.weights.emplace_back(weights.begin(), weights.end());
   }
-  animate(translations, rotations, scales);
+  animate(document, moment.animation, moment.seconds, values);
+  weights_ = std::move(values.weights);
   const double identity[4] = {0, 0, 0, 1};
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     if (model.nodes[i].matrix.size() == 16) {
       local_.push_back(matrix_of(model.nodes[i].matrix, 0));
       continue;
     }
-    TransformDouble t = gltf_rotation_and_scale(rotations[i].size() == 4 ? rotations[i].data() : identity,
-                                                vector_of(scales[i], {1, 1, 1}));
-    t.translation = vector_of(translations[i], {0, 0, 0});
+    TransformDouble t = gltf_rotation_and_scale(values.rotation[i].size() == 4 ? values.rotation[i].data() : identity,
+                                                vector_of(values.scale[i], {1, 1, 1}));
+    t.translation = vector_of(values.translation[i], {0, 0, 0});
     local_.push_back(t);
   }
   to_world_.resize(local_.size());
-}
-
-void GltfPose::animate(std::vector<std::vector<double>>& translations, std::vector<std::vector<double>>& rotations,
-                       std::vector<std::vector<double>>& scales) {
-  const tinygltf::Model& model = *document_.model;
-  if (model.animations.empty()) return;
-  const tinygltf::Animation& animation = model.animations.front();
-  for (const tinygltf::AnimationChannel& channel : animation.channels) {
-    if (channel.target_node < 0) continue;
-    const auto node = static_cast<std::size_t>(channel.target_node);
-    const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(channel.sampler)];
-    const bool is_weights = channel.target_path == "weights", is_rotation = channel.target_path == "rotation";
-    if (!is_weights && !is_rotation && channel.target_path != "translation" && channel.target_path != "scale") continue;
-    const std::vector<float> values = read_floats(document_, sampler.output, is_weights ? 1 : is_rotation ? 4 : 3);
-    const std::size_t keys = model.accessors[static_cast<std::size_t>(sampler.input)].count;
-    // The first key's value applies before that key (glTF 2.0, section 3.11). A cubic spline's key is tangent, value,
-    // tangent.
-    const bool cubic = sampler.interpolation == "CUBICSPLINE";
-    const std::size_t width = is_weights ? values.size() / (keys * (cubic ? 3 : 1)) : is_rotation ? 4 : 3;
-    const std::size_t first = cubic ? width : 0;
-    if (first + width > values.size()) {
-      throw Error({document_.path}, fmt::format("an animation of node {} has too few numbers", node),
-                  "The file is damaged or invalid: export it again.");
-    }
-    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = begin + static_cast<std::ptrdiff_t>(width);
-    if (is_weights)
-      weights_[node].assign(begin, end);
-    else
-      (is_rotation ? rotations : channel.target_path == "scale" ? scales : translations)[node].assign(begin, end);
-  }
 }
 
 GltfDeformation GltfPose::deformation(int index, Vec3 origin) const {

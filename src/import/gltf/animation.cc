@@ -1,0 +1,126 @@
+#include "import/gltf/animation.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "import/gltf/accessor.h"
+#include "import/gltf/document.h"
+
+namespace glowworm {
+
+namespace {
+
+/// A point between two quaternions of unit length, along the shorter arc.
+void slerp(const float* a, const float* b, double share, float* out) {
+  double cosine = 0;
+  for (int i = 0; i < 4; ++i) cosine += double{a[i]} * b[i];
+  const double sign = cosine < 0 ? -1 : 1;
+  const double angle = std::acos(std::min(std::abs(cosine), 1.0)), sine = std::sin(angle);
+  // Nearly equal quaternions: a straight line.
+  const bool near = sine < 1e-6;
+  const double of_a = near ? 1 - share : std::sin((1 - share) * angle) / sine;
+  const double of_b = sign * (near ? share : std::sin(share * angle) / sine);
+  for (int i = 0; i < 4; ++i) out[i] = static_cast<float>(of_a * a[i] + of_b * b[i]);
+}
+
+void make_unit(std::vector<float>& q) {
+  double squared = 0;
+  for (const float v : q) squared += double{v} * v;
+  if (!(squared > 0)) return;
+  for (float& v : q) v = static_cast<float>(v / std::sqrt(squared));
+}
+
+GltfInterpolation interpolation_of(const std::string& name) {
+  if (name == "STEP") return GltfInterpolation::step;
+  return name == "CUBICSPLINE" ? GltfInterpolation::cubic : GltfInterpolation::linear;
+}
+
+/// Null if the file has none, and the moment is its first.
+const tinygltf::Animation* find_animation(const GltfDocument& document, const std::string& name, double seconds) {
+  const std::vector<tinygltf::Animation>& all = document.model->animations;
+  if (name.empty() && !all.empty()) return &all.front();
+  if (name.empty() && seconds == 0) return nullptr;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].name == name || std::to_string(i) == name) return &all[i];
+    names.push_back(all[i].name.empty() ? std::to_string(i) : fmt::format("'{}'", all[i].name));
+  }
+  throw Error(
+      {document.path}, names.empty() ? "the file has no animation" : fmt::format("there is no animation '{}'", name),
+      names.empty() ? "Leave out --animation and --at." : fmt::format("The file has: {}.", fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::vector<float> gltf_value_at(std::span<const float> times, std::span<const float> values, std::size_t width,
+                                 GltfInterpolation interpolation, bool rotation, double seconds) {
+  const bool cubic = interpolation == GltfInterpolation::cubic;
+  const auto at = [&](std::size_t key) { return values.data() + (cubic ? 3 * key + 1 : key) * width; };
+  const auto after = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), seconds) - times.begin());
+  const std::size_t next = std::min(after, times.size() - 1), key = after > 0 ? after - 1 : 0;
+  std::vector<float> out(at(key), at(key) + width);
+  const double length = double{times[next]} - times[key];
+  if (key == next || after == 0 || interpolation == GltfInterpolation::step || !(length > 0)) return out;
+  const double t = (seconds - times[key]) / length;
+  if (cubic) {
+    const float *const leaving = at(key) + width, *const arriving = at(next) - width;
+    const double t2 = t * t, t3 = t2 * t;
+    for (std::size_t i = 0; i < width; ++i)
+      out[i] = static_cast<float>((2 * t3 - 3 * t2 + 1) * at(key)[i] + length * (t3 - 2 * t2 + t) * leaving[i] +
+                                  (3 * t2 - 2 * t3) * at(next)[i] + length * (t3 - t2) * arriving[i]);
+  } else if (rotation) {
+    slerp(at(key), at(next), t, out.data());
+  } else {
+    for (std::size_t i = 0; i < width; ++i) out[i] = static_cast<float>(std::lerp(double{at(key)[i]}, at(next)[i], t));
+  }
+  if (rotation) make_unit(out);
+  return out;
+}
+
+double animation_seconds(const GltfDocument& document, const std::string& name) {
+  const tinygltf::Animation* const animation = find_animation(document, name, 1);
+  double seconds = 0;
+  for (const tinygltf::AnimationSampler& sampler : animation->samplers)
+    for (const float time : read_floats(document, sampler.input, 1)) seconds = std::max(seconds, double{time});
+  return seconds;
+}
+
+void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& out) {
+  const tinygltf::Animation* const animation = find_animation(document, name, seconds);
+  if (!animation) return;
+  for (const tinygltf::AnimationChannel& channel : animation->channels) {
+    if (channel.target_node < 0) continue;
+    const auto node = static_cast<std::size_t>(channel.target_node);
+    const tinygltf::AnimationSampler& sampler = animation->samplers[static_cast<std::size_t>(channel.sampler)];
+    const std::string& path = channel.target_path;
+    const bool is_weights = path == "weights", is_rotation = path == "rotation";
+    if (!is_weights && !is_rotation && path != "translation" && path != "scale") continue;
+    const std::vector<float> times = read_floats(document, sampler.input, 1);
+    const std::vector<float> values = read_floats(document, sampler.output, is_weights ? 1 : is_rotation ? 4 : 3);
+    const GltfInterpolation interpolation = interpolation_of(sampler.interpolation);
+    const std::size_t each = interpolation == GltfInterpolation::cubic ? 3 : 1;
+    const std::size_t width = is_rotation   ? 4
+                              : !is_weights ? 3
+                                            : values.size() / std::max<std::size_t>(times.size(), 1) / each;
+    if (times.empty() || width == 0 || times.size() * each * width > values.size() ||
+        !std::is_sorted(times.begin(), times.end()))
+      throw Error({document.path},
+                  fmt::format("an animation of node {} has too few numbers, or times that go back", node),
+                  "The file is damaged or invalid: export it again.");
+    const std::vector<float> value = gltf_value_at(times, values, width, interpolation, is_rotation, seconds);
+    if (is_weights)
+      out.weights[node] = value;
+    else
+      (is_rotation       ? out.rotation
+       : path == "scale" ? out.scale
+                         : out.translation)[node]
+          .assign(value.begin(), value.end());
+  }
+}
+
+}  // namespace glowworm
