@@ -21,6 +21,8 @@ constexpr std::size_t kVolumeRun = 512;
 constexpr std::size_t kVolumeGrain = 1024;
 // Bounds of boxes are wider than their photons by this share of the coordinates.
 constexpr float kBoxRounding = 1e-6f;
+// The same of radii.
+constexpr float kRadiusRounding = 1 + 1e-6f;
 
 /// Whether a photon of this radius adds anything, and the inverse of its square is a number.
 bool has_weight(RGB flux, float radius) {
@@ -34,14 +36,13 @@ RGB scaled_flux(RGB flux, float radius) {
 }
 
 template <class Block>
-void set_place(Block& block, std::size_t lane, Vec3 place, Vec3 direction, float radius, RGB flux) {
+void set_place(Block& block, std::size_t lane, Vec3 place, Vec3 direction, RGB flux) {
   block.x[lane] = place.x;
   block.y[lane] = place.y;
   block.z[lane] = place.z;
   block.dx[lane] = direction.x;
   block.dy[lane] = direction.y;
   block.dz[lane] = direction.z;
-  block.radius[lane] = radius;
   block.r[lane] = flux.r;
   block.g[lane] = flux.g;
   block.b[lane] = flux.b;
@@ -66,12 +67,8 @@ struct PhotonItems {
   }
   void fill(VolumePhotonBlock& block, std::size_t lane, std::size_t i) const {
     const float radius = radii[i] * scale;
-    set_place(block, lane, photons.position[i], photons.direction[i], radius, scaled_flux(flux[i], radius));
+    set_place(block, lane, photons.position[i], photons.direction[i], scaled_flux(flux[i], radius));
     block.inverse_radius_squared[lane] = 1 / (radius * radius);
-  }
-  static void clear(VolumePhotonBlock& block, std::size_t lane) {
-    set_place(block, lane, {0, 0, 0}, {0, 0, 0}, kNoRadius, RGB(0.0f));
-    block.inverse_radius_squared[lane] = std::numeric_limits<float>::infinity();
   }
 };
 
@@ -97,32 +94,22 @@ struct PieceItems {
            beams.length[i] > 0 && std::isfinite(beams.length[i]);
   }
   float radius(std::size_t piece) const { return pieces.radii[piece] * scale; }
-  /// A place on a piece's beam, `share` of the piece's length behind its beginning.
-  Vec3 place(std::size_t piece, float share) const {
-    const std::uint32_t i = beam[piece], first = pieces.first[i], count = pieces.first[i + 1] - first;
-    const float distance = beams.length[i] * ((static_cast<float>(piece - first) + share) / static_cast<float>(count));
-    return beams.origin[i] + beams.direction[i] * distance;
+  float begin(std::size_t piece) const { return pieces.begin(beam[piece], piece); }
+  Vec3 place(std::size_t piece, float distance) const {
+    return beams.origin[beam[piece]] + beams.direction[beam[piece]] * distance;
   }
-  float length(std::size_t piece) const {
-    const std::uint32_t i = beam[piece];
-    return beams.length[i] / static_cast<float>(pieces.first[i + 1] - pieces.first[i]);
-  }
-  Vec3 middle(std::size_t piece) const { return place(piece, 0.5f); }
+  Vec3 middle(std::size_t piece) const { return place(piece, 0.5f * (begin(piece) + pieces.end[piece])); }
   CompactRow row(std::size_t piece) const {
-    const Vec3 p = place(piece, 0), q = place(piece, 1);
+    const Vec3 p = place(piece, begin(piece)), q = place(piece, pieces.end[piece]);
     // A radius of 1 weighs both ends alike.
     return {{p.x, p.y, p.z, q.x, q.y, q.z, 1, 0}};
   }
   void fill(BeamBlock& block, std::size_t lane, std::size_t piece) const {
     const std::uint32_t i = beam[piece];
     const float r = radius(piece);
-    set_place(block, lane, place(piece, 0), beams.direction[i], r, scaled_flux(flux[i], r));
+    set_place(block, lane, place(piece, begin(piece)), beams.direction[i], scaled_flux(flux[i], r));
     block.radius_squared[lane] = r * r;
-    block.length[lane] = length(piece);
-  }
-  static void clear(BeamBlock& block, std::size_t lane) {
-    set_place(block, lane, {0, 0, 0}, {0, 0, 0}, kNoRadius, RGB(0.0f));
-    block.radius_squared[lane] = block.length[lane] = 0;
+    block.length[lane] = pieces.end[piece] - begin(piece);
   }
 };
 
@@ -153,20 +140,21 @@ struct ReachBox {
 
 ReachBox bounds_of_block(const VolumePhotonBlock& block) {
   ReachBox bounds;
-  for (std::size_t lane = 0; lane < kVolumeBlock && block.radius[lane] > 0; ++lane) {
+  for (std::size_t lane = 0; lane < kVolumeBlock; ++lane) {
     bounds.box.grow(Vec3{block.x[lane], block.y[lane], block.z[lane]});
-    bounds.radius = std::max(bounds.radius, block.radius[lane]);
+    bounds.radius = std::max(bounds.radius, kRadiusRounding / std::sqrt(block.inverse_radius_squared[lane]));
   }
   return bounds;
 }
 
 ReachBox bounds_of_block(const BeamBlock& block) {
   ReachBox bounds;
-  for (std::size_t lane = 0; lane < kVolumeBlock && block.radius[lane] > 0; ++lane) {
+  for (std::size_t lane = 0; lane < kVolumeBlock; ++lane) {
     const Vec3 begin{block.x[lane], block.y[lane], block.z[lane]};
     bounds.box.grow(begin);
     bounds.box.grow(begin + Vec3{block.dx[lane], block.dy[lane], block.dz[lane]} * block.length[lane]);
-    bounds.radius = std::max(bounds.radius, block.radius[lane] + kBeamRounding * block.length[lane]);
+    bounds.radius = std::max(
+        bounds.radius, kRadiusRounding * std::sqrt(block.radius_squared[lane]) + kBeamRounding * block.length[lane]);
   }
   return bounds;
 }
@@ -225,7 +213,7 @@ void VolumeIndex::build(const Items& items, LargeArray<Block>& blocks) {
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i > 0 && items.medium(order[i]) == media_.back().index) continue;
     if (i > 0) block_count += blocks_of(i - first.back());
-    media_.push_back({items.medium(order[i]), {}, block_count, {}});
+    media_.push_back({items.medium(order[i]), {}, 0, block_count, {}});
     first.push_back(i);
   }
   if (order.empty()) return;
@@ -245,10 +233,9 @@ void VolumeIndex::build(const Items& items, LargeArray<Block>& blocks) {
       compact_sort(std::span(rows).first(end - begin), scratch, column);
       for (std::size_t i = begin; i < blocks_of(end) * kVolumeBlock; ++i) {
         Block& block = own[i / kVolumeBlock];
-        if (i < end)
-          items.fill(block, i % kVolumeBlock, rows[i - begin].index());
-        else
-          Items::clear(block, i % kVolumeBlock);
+        const std::size_t lane = i % kVolumeBlock;
+        items.fill(block, lane, rows[std::min(i, end - 1) - begin].index());
+        if (i >= end) block.r[lane] = block.g[lane] = block.b[lane] = 0;
       }
     });
     build_nodes<Block>(media_[m], own);
@@ -275,6 +262,13 @@ void VolumeIndex::build_nodes(Medium& medium, std::span<const Block> blocks) {
     first_child = first;
     children = count;
   } while (children > 1);
+  double mean_reach = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const VolumeNode& node = nodes_[medium.level_first[0] + i / kVolumeBlock];
+    const std::size_t c = i % kVolumeBlock;
+    mean_reach += node.radius[c] + std::max({node.half_x[c], node.half_y[c], node.half_z[c]});
+  }
+  medium.reach = static_cast<float>(mean_reach / static_cast<double>(blocks.size()));
   const ReachBox all = bounds_of_node(nodes_[medium.level_first.back()]);
   const Vec3 reach{all.radius, all.radius, all.radius};
   medium.bounds = {all.box.min - reach, all.box.max + reach};

@@ -20,6 +20,7 @@ class VolumeIndex {
   struct Medium {
     std::uint32_t index = 0;  ///< VolumePhotons::medium
     Box3 bounds;              ///< around the photons, grown by their radii
+    float reach = 0;          ///< mean over blocks of the largest radius and half of the longest side, metres
     std::size_t first_block = 0;
     std::vector<std::size_t> level_first;  ///< where each level begins in the nodes
   };

@@ -24,6 +24,9 @@ constexpr std::size_t kSortedKeys = std::size_t{1} << 16;
 constexpr int kSegmentBits = 10;
 // Bounds on the rounding of the distance between a segment and a photon, as a share of the coordinates.
 constexpr double kDistanceRounding = 4e-6;
+// Segments meet a photon together if their bounds are narrower than this multiple of the reach of a block's photons.
+// (Measured with bench/volume_bench.cc.)
+constexpr float kWidest = 1;
 constexpr std::uint32_t kNoMedium = ~std::uint32_t{0};
 
 /// What sorts a segment: its medium (in the index), and where it enters and leaves the medium's box.
@@ -226,32 +229,42 @@ class SegmentWorker {
     }
     compact_sort(std::span(rows_).first(run.size()), scratch_rows_, column_);
     for (std::size_t first = 0; first < run.size(); first += kSegmentTile)
-      sum_tile(tree, std::span(rows_).subspan(first, std::min<std::size_t>(kSegmentTile, run.size() - first)));
+      sum_tiles(tree, medium.reach,
+                std::span(rows_).subspan(first, std::min<std::size_t>(kSegmentTile, run.size() - first)));
   }
 
   VolumeCounts counts;
 
  private:
-  void sum_tile(const VolumeTree& tree, std::span<const CompactRow> rows) {
-    TileBounds bounds;
+  /// Sums segments together if they have most photons in common, or in two parts. @param reach of a block's photons
+  void sum_tiles(const VolumeTree& tree, float reach, std::span<const CompactRow> rows) {
+    TileBounds ends;
     double farthest = 0;
+    for (const CompactRow& row : rows) {
+      const std::uint32_t s = row.index();
+      ends.add(row, segments_.direction[s]);
+      for (int axis = 0; axis < 3; ++axis)
+        farthest = std::max({farthest, std::abs(double{segments_.origin[s][axis]}),
+                             std::abs(double{row.coordinate[axis]}), std::abs(double{row.coordinate[axis + 3]})});
+    }
+    // Three coordinates, each at most so far from the origin of the segment.
+    const SegmentBounds bounds = ends.bounds(kDistanceRounding * 4 * farthest);
+    const std::size_t lanes = rows.size();
+    if (lanes == 1 || bounds.width + bounds.slope * (bounds.low + bounds.high) / 2 < kWidest * reach)
+      return sum_tile(tree, bounds, rows);
+    const std::size_t half = lanes > kSegmentTile / 2 ? lanes / 2 : 1;
+    for (std::size_t first = 0; first < lanes; first += half)
+      sum_tiles(tree, reach, rows.subspan(first, std::min(half, lanes - first)));
+  }
+
+  void sum_tile(const VolumeTree& tree, const SegmentBounds& bounds, std::span<const CompactRow> rows) {
     tile_.count = rows.size();
     tile_.grey = tile_.isotropic = true;
     for (std::size_t lane = 0; lane < kSegmentTile; ++lane) {
       set_lane(lane, rows[std::min(lane, rows.size() - 1)].index());
-      if (lane >= rows.size()) {
-        tile_.length[lane] = -1;
-        continue;
-      }
-      const std::uint32_t s = rows[lane].index();
-      bounds.add(rows[lane], segments_.direction[s]);
-      for (int axis = 0; axis < 3; ++axis)
-        farthest = std::max({farthest, std::abs(double{segments_.origin[s][axis]}),
-                             std::abs(double{rows[lane].coordinate[axis]}),
-                             std::abs(double{rows[lane].coordinate[axis + 3]})});
+      if (lane >= rows.size()) tile_.length[lane] = -1;
     }
-    // Three coordinates, each at most so far from the origin of the segment.
-    tile_.bounds = bounds.bounds(kDistanceRounding * 4 * farthest);
+    tile_.bounds = bounds;
     sum_volume(tree, tile_, scratch_, counts);
     for (std::size_t lane = 0; lane < rows.size(); ++lane) {
       const SegmentMedium& medium = segments_.medium[rows[lane].index()];

@@ -14,17 +14,20 @@ std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32
 /// The pieces that beams are cut into: small boxes hold them, and each has a radius of its own, so that a beam is
 /// narrow where beams are dense.
 struct BeamPieces {
-  /// The pieces of beam i are first[i] to first[i + 1] - 1, of equal length, from its origin on. One more element than
-  /// beams.
+  /// The pieces of beam i are first[i] to first[i + 1] - 1, from its origin on. One more element than beams.
   std::vector<std::uint32_t> first;
+  std::vector<float> end;    ///< of each piece: the distance from the beam's origin where it ends, metres
   std::vector<float> radii;  ///< of each piece, metres, positive and finite
 
+  /// The distance from the origin of beam i where one of its pieces begins.
+  float begin(std::size_t i, std::size_t piece) const { return piece == first[i] ? 0 : end[piece - 1]; }
   /// Pieces of so many beams, at most.
   static std::size_t most(std::size_t beams);
 };
 
-/// Cuts beams into pieces of a few radii, or longer ones if there were too many. A radius is that of a sphere which
-/// about k beams of the same medium cross. Does not depend on the number of threads.
+/// Cuts beams into pieces, which are a multiple of their radii long, the same for all beams of a medium: as short as so
+/// many pieces can be. A radius is that of a sphere which about k beams of the same medium cross. Does not depend on
+/// the number of threads.
 BeamPieces volume_beam_pieces(const VolumeBeams& beams, std::uint32_t k);
 
 }  // namespace glowworm

@@ -33,6 +33,14 @@ constexpr std::size_t kVolumeList = 4096;
 /// Prefetch distance, in blocks.
 constexpr std::ptrdiff_t kVolumeAhead = 3;
 
+/// Bytes of a block that tests of distance read.
+template <class Block>
+constexpr std::size_t kTestedBytes = 0;
+template <>
+constexpr std::size_t kTestedBytes<VolumePhotonBlock> = offsetof(VolumePhotonBlock, dx);
+template <>
+constexpr std::size_t kTestedBytes<BeamBlock> = offsetof(BeamBlock, r);
+
 template <class D>
 HWY_INLINE hn::Vec<D> dot3(D, const hn::Vec<D>* a, const hn::Vec<D>* b) {
   return hn::MulAdd(a[0], b[0], hn::MulAdd(a[1], b[1], hn::Mul(a[2], b[2])));
@@ -78,7 +86,9 @@ class BoundsOfTile {
     const BlockTag d;
     const float* const position[3] = {block.x + lane, block.y + lane, block.z + lane};
     BlockVector way[3];
-    const BlockVector s = split(position, way), reach = hn::Add(hn::Load(d, block.radius + lane), rounding_);
+    const BlockVector s = split(position, way);
+    const BlockVector radius = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::Load(d, block.inverse_radius_squared + lane)));
+    const BlockVector reach = hn::Add(radius, rounding_);
     return hn::And(is_beside(s, hn::Zero(d), reach), is_within(dot3(d, way, way), limit(s, reach)));
   }
 
@@ -102,8 +112,8 @@ class BoundsOfTile {
     for (int axis = 0; axis < 3; ++axis) way[axis] = hn::MulAdd(share, beam[axis], way[axis]);
     const BlockVector half = hn::Mul(hn::Set(d, 0.5f), hn::Abs(along));
     s = hn::MulAdd(hn::Set(d, 0.5f), along, s);
-    const BlockVector reach =
-        hn::MulAdd(hn::Set(d, kBeamRounding), length, hn::Add(hn::Load(d, block.radius + lane), rounding_));
+    const BlockVector reach = hn::MulAdd(hn::Set(d, kBeamRounding), length,
+                                         hn::Add(hn::Sqrt(hn::Load(d, block.radius_squared + lane)), rounding_));
     return hn::And(is_beside(s, half, reach), is_within(dot3(d, way, way), limit(hn::Add(s, half), reach)));
   }
 
@@ -131,155 +141,181 @@ class BoundsOfTile {
   BlockVector point_[3], axis_[3], low_, high_, width_, slope_, rounding_;
 };
 
-/// A tile's vector of segments.
-template <bool grey, bool isotropic>
-class SegmentGroup {
- public:
-  HWY_INLINE SegmentGroup(SegmentTile& tile, std::size_t first) : tile_(tile), first_(first) {
+/// Segments, one a lane or the same in all lanes.
+template <class D>
+struct SegmentLanes {
+  hn::Vec<D> origin[3], direction[3], length, sigma_t[3], g;
+  /// @param load returns the lanes of an array of a tile
+  template <class Load>
+  HWY_INLINE SegmentLanes(const SegmentTile& tile, const Load& load) {
     for (int axis = 0; axis < 3; ++axis) {
-      origin_[axis] = load(tile.origin[axis]);
-      direction_[axis] = load(tile.direction[axis]);
+      origin[axis] = load(tile.origin[axis]);
+      direction[axis] = load(tile.direction[axis]);
+      sigma_t[axis] = load(tile.sigma_t[axis]);
     }
-    length_ = load(tile.length);
+    length = load(tile.length);
+    g = load(tile.g);
   }
-
-  /// The way from the photon's place to the segment's line, and where it ends there.
-  HWY_INLINE SegmentVector way_to(const float* place, SegmentVector* way) const {
-    const SegmentTag d;
-    for (int axis = 0; axis < 3; ++axis) way[axis] = hn::Sub(origin_[axis], hn::Set(d, place[axis * kVolumeBlock]));
-    const SegmentVector back = dot3(d, way, direction_);
-    for (int axis = 0; axis < 3; ++axis) way[axis] = hn::NegMulAdd(back, direction_[axis], way[axis]);
-    return hn::Neg(back);
-  }
-
-  /// Adds weight T p flux, of light that travels so and scatters at t.
-  HWY_INLINE void add(SegmentVector weight, SegmentVector t, const float* travel, float r, float g, float b) {
-    const SegmentTag d;
-    if constexpr (!isotropic) {
-      // Light leaves the segment against its direction.
-      SegmentVector cosine = hn::Mul(direction_[0], hn::Set(d, travel[0]));
-      cosine = hn::MulAdd(direction_[1], hn::Set(d, travel[kVolumeBlock]), cosine);
-      cosine = hn::MulAdd(direction_[2], hn::Set(d, travel[2 * kVolumeBlock]), cosine);
-      const SegmentVector mean = load(tile_.g), one = hn::Set(d, 1.0f);
-      const SegmentVector x = hn::MulAdd(hn::Add(mean, mean), cosine, hn::MulAdd(mean, mean, one));
-      weight = hn::Div(weight, hn::Mul(x, hn::Sqrt(x)));
-    }
-    const SegmentVector back = hn::Neg(t);
-    const SegmentVector grey_part = hn::Mul(weight, hn::Exp(d, hn::Mul(back, load(tile_.sigma_t[0]))));
-    add_to(tile_.sum[0], grey_part, r);
-    if constexpr (grey) {
-      add_to(tile_.sum[1], grey_part, g);
-      add_to(tile_.sum[2], grey_part, b);
-    } else {
-      add_to(tile_.sum[1], hn::Mul(weight, hn::Exp(d, hn::Mul(back, load(tile_.sigma_t[1])))), g);
-      add_to(tile_.sum[2], hn::Mul(weight, hn::Exp(d, hn::Mul(back, load(tile_.sigma_t[2])))), b);
-    }
-  }
-
-  SegmentVector direction_[3], length_;
-
- private:
-  HWY_INLINE SegmentVector load(const float* array) const { return hn::Load(SegmentTag(), array + first_); }
-  HWY_INLINE void add_to(float* sum, SegmentVector weight, float flux) {
-    const SegmentTag d;
-    hn::Store(hn::MulAdd(weight, hn::Set(d, flux), load(sum)), d, sum + first_);
-  }
-
-  SegmentTile& tile_;
-  std::size_t first_;
-  SegmentVector origin_[3];
 };
 
-/// Adds a photon to the segments within its radius; returns their number.
-template <class Group>
-HWY_INLINE std::size_t add_photon(const VolumePhotonBlock& block, std::size_t lane, Group& group) {
-  const SegmentTag d;
-  SegmentVector way[3];
-  const SegmentVector t = group.way_to(block.x + lane, way);
-  const SegmentVector u = hn::Mul(dot3(d, way, way), hn::Set(d, block.inverse_radius_squared[lane]));
-  const SegmentVector one = hn::Set(d, 1.0f);
-  const SegmentMask inside = hn::And(hn::Lt(u, one), hn::And(hn::Ge(t, hn::Zero(d)), hn::Le(t, group.length_)));
-  if (hn::AllFalse(d, inside)) return 0;
-  group.add(hn::IfThenElseZero(inside, hn::Sub(one, u)), hn::IfThenElseZero(inside, t), block.dx + lane, block.r[lane],
-            block.g[lane], block.b[lane]);
-  return hn::CountTrue(d, inside);
+/// Photons or pieces of beams, one a lane or the same in all lanes.
+template <class D>
+struct PhotonLanes {
+  static constexpr bool kIsTube = false;
+  hn::Vec<D> place[3], travel[3], inverse_radius_squared, flux[3];
+  template <class Load>
+  HWY_INLINE PhotonLanes(const VolumePhotonBlock& block, const Load& load)
+      : place{load(block.x), load(block.y), load(block.z)},
+        travel{load(block.dx), load(block.dy), load(block.dz)},
+        inverse_radius_squared(load(block.inverse_radius_squared)),
+        flux{load(block.r), load(block.g), load(block.b)} {}
+};
+template <class D>
+struct PieceLanes {
+  static constexpr bool kIsTube = true;
+  hn::Vec<D> place[3], travel[3], radius_squared, length, flux[3];
+  template <class Load>
+  HWY_INLINE PieceLanes(const BeamBlock& block, const Load& load)
+      : place{load(block.x), load(block.y), load(block.z)},
+        travel{load(block.dx), load(block.dy), load(block.dz)},
+        radius_squared(load(block.radius_squared)),
+        length(load(block.length)),
+        flux{load(block.r), load(block.g), load(block.b)} {}
+};
+template <class D>
+HWY_INLINE PhotonLanes<D> lanes_of(D, const VolumePhotonBlock& block, auto load) {
+  return PhotonLanes<D>(block, load);
+}
+template <class D>
+HWY_INLINE PieceLanes<D> lanes_of(D, const BeamBlock& block, auto load) {
+  return PieceLanes<D>(block, load);
 }
 
-/// Adds a piece of a beam to the segments that cross its tube; returns their number.
-///
-/// From the foot of the piece's beginning on the segment, its square distance from the beam is A + 2 B t + C t^2, and
-/// its coordinate along the beam s + c t.
-template <class Group>
-HWY_INLINE std::size_t add_photon(const BeamBlock& block, std::size_t lane, Group& group) {
-  const SegmentTag d;
-  const SegmentVector* const direction = group.direction_;
-  SegmentVector way[3], beam[3], across[3];
-  const SegmentVector foot = group.way_to(block.x + lane, way);
-  for (int axis = 0; axis < 3; ++axis) beam[axis] = hn::Set(d, (block.dx + lane)[axis * kVolumeBlock]);
-  const SegmentVector cosine = dot3(d, direction, beam), s = dot3(d, way, beam);
+/// Where light scatters into the segments: at distance t along them, with the kernel's weight (0 outside).
+template <class D>
+struct Crossing {
+  hn::Mask<D> inside;
+  hn::Vec<D> weight, t;
+  hn::Vec<D> variance;  ///< of t where the tube of a beam is crossed, m^2
+};
+
+/// The way from a photon's place to the segment's line, at right angles to it, and the distance of its foot there.
+template <class D>
+HWY_INLINE hn::Vec<D> way_to(D d, const SegmentLanes<D>& segment, const hn::Vec<D>* place, hn::Vec<D>* way) {
+  for (int axis = 0; axis < 3; ++axis) way[axis] = hn::Sub(segment.origin[axis], place[axis]);
+  const auto back = dot3(d, way, segment.direction);
+  for (int axis = 0; axis < 3; ++axis) way[axis] = hn::NegMulAdd(back, segment.direction[axis], way[axis]);
+  return hn::Neg(back);
+}
+
+template <class D>
+HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PhotonLanes<D>& photon) {
+  hn::Vec<D> way[3];
+  const auto t = way_to(d, segment, photon.place, way);
+  const auto u = hn::Mul(dot3(d, way, way), photon.inverse_radius_squared), one = hn::Set(d, 1.0f);
+  const auto inside = hn::And(hn::Lt(u, one), hn::And(hn::Ge(t, hn::Zero(d)), hn::Le(t, segment.length)));
+  return {inside, hn::IfThenElseZero(inside, hn::Sub(one, u)), hn::IfThenElseZero(inside, t), hn::Zero(d)};
+}
+
+/// From the foot of the piece's beginning on the segment, the square distance from the beam is A + 2 B t + C t^2, and
+/// the coordinate along the beam s + c t.
+template <class D>
+HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PieceLanes<D>& piece) {
+  hn::Vec<D> way[3], across[3];
+  const auto foot = way_to(d, segment, piece.place, way);
+  const auto cosine = dot3(d, segment.direction, piece.travel), s = dot3(d, way, piece.travel);
   for (int axis = 0; axis < 3; ++axis) {
-    way[axis] = hn::NegMulAdd(s, beam[axis], way[axis]);
-    across[axis] = hn::NegMulAdd(cosine, beam[axis], direction[axis]);
+    way[axis] = hn::NegMulAdd(s, piece.travel[axis], way[axis]);
+    across[axis] = hn::NegMulAdd(cosine, piece.travel[axis], segment.direction[axis]);
   }
   // Parallel beams have any crossing, which the piece's ends bound.
-  const SegmentVector least = hn::Set(d, 1e-30f);
-  const SegmentVector a = dot3(d, way, way), b = dot3(d, way, across), c = hn::Max(dot3(d, across, across), least);
-  const SegmentVector radius_squared = hn::Set(d, block.radius_squared[lane]);
-  const SegmentVector discriminant = hn::MulAdd(b, b, hn::Mul(c, hn::Sub(radius_squared, a)));
-  SegmentMask inside = hn::Gt(discriminant, hn::Zero(d));
-  if (hn::AllFalse(d, inside)) return 0;
+  const auto least = hn::Set(d, 1e-30f), zero = hn::Zero(d);
+  const auto a = dot3(d, way, way), b = dot3(d, way, across), c = hn::Max(dot3(d, across, across), least);
+  const auto discriminant = hn::MulAdd(b, b, hn::Mul(c, hn::Sub(piece.radius_squared, a)));
+  hn::Mask<D> inside = hn::Gt(discriminant, zero);
+  if (hn::AllFalse(d, inside)) return {inside, zero, zero, zero};
 
-  const SegmentVector one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
-  const SegmentVector per_c = hn::Div(one, c), root = hn::Sqrt(hn::IfThenElseZero(inside, discriminant));
-  const SegmentVector per_cosine = hn::Div(one, hn::CopySign(hn::Max(hn::Abs(cosine), least), cosine));
-  const SegmentVector begin = hn::Neg(hn::Mul(s, per_cosine));
-  const SegmentVector end = hn::Mul(hn::Sub(hn::Set(d, block.length[lane]), s), per_cosine);
-  const SegmentVector low =
-      hn::Max(hn::Max(hn::Neg(hn::Mul(hn::Add(b, root), per_c)), hn::Min(begin, end)), hn::Neg(foot));
-  const SegmentVector high =
-      hn::Min(hn::Min(hn::Mul(hn::Sub(root, b), per_c), hn::Max(begin, end)), hn::Sub(group.length_, foot));
+  const auto one = hn::Set(d, 1.0f);
+  const auto per_c = hn::Div(one, c), root = hn::Sqrt(hn::IfThenElseZero(inside, discriminant));
+  const auto per_cosine = hn::Div(one, hn::CopySign(hn::Max(hn::Abs(cosine), least), cosine));
+  const auto begin = hn::Neg(hn::Mul(s, per_cosine)), end = hn::Mul(hn::Sub(piece.length, s), per_cosine);
+  const auto low = hn::Max(hn::Max(hn::Neg(hn::Mul(hn::Add(b, root), per_c)), hn::Min(begin, end)), hn::Neg(foot));
+  const auto high =
+      hn::Min(hn::Min(hn::Mul(hn::Sub(root, b), per_c), hn::Max(begin, end)), hn::Sub(segment.length, foot));
   inside = hn::And(inside, hn::Lt(low, high));
-  if (hn::AllFalse(d, inside)) return 0;
-
-  const SegmentVector chord = hn::Sub(high, low), middle = hn::Mul(half, hn::Add(low, high));
-  const SegmentVector squared = hn::MulAdd(middle, hn::MulAdd(c, middle, hn::Add(b, b)), a);
-  const SegmentVector mean = hn::MulAdd(hn::Mul(hn::Mul(chord, chord), hn::Set(d, 1.0f / 12)), c, squared);
-  const SegmentVector profile = hn::Max(hn::NegMulAdd(mean, hn::Div(one, radius_squared), one), hn::Zero(d));
-  group.add(hn::IfThenElseZero(inside, hn::Mul(profile, chord)), hn::IfThenElseZero(inside, hn::Add(middle, foot)),
-            block.dx + lane, block.r[lane], block.g[lane], block.b[lane]);
-  return hn::CountTrue(d, inside);
+  // The kernel is p0 + p1 x + p2 x^2 at x from the middle of the crossing, up to `half` of its length.
+  const auto half = hn::Mul(hn::Set(d, 0.5f), hn::Sub(high, low)),
+             middle = hn::Mul(hn::Set(d, 0.5f), hn::Add(low, high));
+  const auto scale = hn::Neg(hn::Div(one, piece.radius_squared));
+  const auto slope = hn::MulAdd(c, middle, b);
+  const auto p0 = hn::MulAdd(hn::MulAdd(middle, hn::Add(slope, b), a), scale, one);
+  const auto p1 = hn::Mul(hn::Add(slope, slope), scale), p2 = hn::Mul(c, scale);
+  // Its mean value, and the mean and variance of x that it weighs.
+  const auto third = hn::Mul(hn::Mul(half, half), hn::Set(d, 1.0f / 3));
+  const auto mean = hn::MulAdd(p2, third, p0);
+  inside = hn::And(inside, hn::Gt(mean, zero));
+  const auto per_mean = hn::Div(third, mean), shift = hn::Mul(p1, per_mean);
+  const auto square = hn::Mul(hn::MulAdd(hn::Mul(p2, third), hn::Set(d, 1.8f), p0), per_mean);
+  const auto variance = hn::Max(hn::NegMulAdd(shift, shift, square), zero);
+  return {inside, hn::IfThenElseZero(inside, hn::Mul(hn::Add(half, half), mean)),
+          hn::IfThenElseZero(inside, hn::Add(hn::Add(middle, shift), foot)), hn::IfThenElseZero(inside, variance)};
 }
 
-/// Sums what is near a tile.
+/// Adds weight T p flux to sums of each channel. @param sum returns the place of a channel's sum
+template <bool grey, bool isotropic, class D, class Photon, class Sum>
+HWY_INLINE void add_crossing(D d, const SegmentLanes<D>& segment, const Photon& photon, const Crossing<D>& at,
+                             const Sum& sum) {
+  auto weight = at.weight;
+  if constexpr (!isotropic) {
+    // Light leaves the segment against its direction.
+    const auto one = hn::Set(d, 1.0f), cosine = dot3(d, segment.direction, photon.travel);
+    const auto x = hn::MulAdd(hn::Add(segment.g, segment.g), cosine, hn::MulAdd(segment.g, segment.g, one));
+    weight = hn::Div(weight, hn::Mul(x, hn::Sqrt(x)));
+  }
+  // The mean of the transmittance over a crossing, to second order.
+  const auto back = hn::Neg(at.t), half_variance = hn::Mul(at.variance, hn::Set(d, 0.5f));
+  hn::Vec<D> seen = weight;
+  for (int c = 0; c < 3; ++c) {
+    if (c == 0 || !grey) {
+      seen = hn::Mul(weight, hn::Exp(d, hn::Mul(back, segment.sigma_t[c])));
+      if constexpr (Photon::kIsTube)
+        seen = hn::MulAdd(seen, hn::Mul(hn::Mul(segment.sigma_t[c], segment.sigma_t[c]), half_variance), seen);
+    }
+    float* const to = sum(c);
+    hn::Store(hn::MulAdd(seen, photon.flux[c], hn::Load(d, to)), d, to);
+  }
+}
+
+/// Sums what is near a tile. Each segment has a sum for each lane of a block, which are added up at the end: so the
+/// order is the same if lanes are segments, as they are if these have many photons in common, or photons.
 template <class Block>
 class TileSummer {
  public:
   TileSummer(const Block* blocks, const VolumeTree& tree, SegmentTile& tile, VolumeScratch& scratch,
              VolumeCounts& counts)
-      : blocks_(blocks), tree_(tree), tile_(tile), scratch_(scratch), counts_(counts) {}
+      : blocks_(blocks), tree_(tree), tile_(tile), scratch_(scratch), counts_(counts) {
+    for (auto& channel : sums_)
+      for (auto& lane : channel)
+        for (float& sum : lane) sum = 0;
+  }
 
   void run() {
-    for (auto& sum : tile_.sum)
-      for (float& s : sum) s = 0;
-    if (tree_.levels == 0 || tile_.count == 0) return;
-    const BoundsOfTile bounds(tile_.bounds);
-    find_blocks(bounds);
-    scratch_.list.resize(kVolumeList + 2 * kVolumeBlock);
-    std::uint32_t* const list = scratch_.list.data();
-    std::uint32_t* end = list;
-    for (const std::uint32_t *i = scratch_.blocks.data(), *last = i + blocks_found_; i != last; ++i) {
-      if (last - i > kVolumeAhead) {
-        const auto* ahead = reinterpret_cast<const char*>(&blocks_[i[kVolumeAhead]]);
-        for (std::size_t line = 0; line < sizeof(Block); line += 64) __builtin_prefetch(ahead + line);
-      }
-      for (std::size_t lane = 0; lane < kVolumeBlock; lane += hn::Lanes(BlockTag()))
-        append_lanes(bounds.near(blocks_[*i], lane), *i * kVolumeBlock + static_cast<std::uint32_t>(lane), end);
-      if (end - list > static_cast<std::ptrdiff_t>(kVolumeList)) {
-        add(list, end);
-        end = list;
-      }
+    if (tree_.levels > 0 && tile_.count > 0) {
+      const BoundsOfTile bounds(tile_.bounds);
+      find_blocks(bounds);
+      if (tile_.count > 1)
+        list_photons(bounds);
+      else
+        with_flags([&](auto grey, auto isotropic) HWY_ATTR { add_blocks<grey(), isotropic()>(); });
     }
-    add(list, end);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < kSegmentTile; ++i) {
+        // The sum of one segment has its lanes side by side.
+        const auto part = [&](std::size_t lane) {
+          return tile_.count > 1 ? sums_[c][lane][i] : i == 0 ? sums_[c][0][lane] : 0;
+        };
+        tile_.sum[c][i] = ((part(0) + part(1)) + (part(2) + part(3))) + ((part(4) + part(5)) + (part(6) + part(7)));
+      }
   }
 
  private:
@@ -300,23 +336,81 @@ class TileSummer {
     }
   }
 
-  void add(const std::uint32_t* list, const std::uint32_t* end) {
+  /// A block that the lists will come to.
+  HWY_INLINE const Block& block(const std::uint32_t* i) const {
+    if (scratch_.blocks.data() + blocks_found_ - i > kVolumeAhead) {
+      const auto* ahead = reinterpret_cast<const char*>(&blocks_[i[kVolumeAhead]]);
+      for (std::size_t line = 0; line < kTestedBytes<Block>; line += 64) __builtin_prefetch(ahead + line);
+    }
+    return blocks_[*i];
+  }
+
+  template <class Work>
+  HWY_INLINE void with_flags(const Work& work) const {
+    const std::true_type yes;
+    const std::false_type no;
     if (tile_.grey)
-      tile_.isotropic ? add<true, true>(list, end) : add<true, false>(list, end);
+      tile_.isotropic ? work(yes, yes) : work(yes, no);
     else
-      tile_.isotropic ? add<false, true>(list, end) : add<false, false>(list, end);
+      tile_.isotropic ? work(no, yes) : work(no, no);
+  }
+
+  /// Many segments: lists the photons near them, which then meet a vector of segments each.
+  void list_photons(const BoundsOfTile& bounds) {
+    scratch_.list.resize(kVolumeList + 2 * kVolumeBlock);
+    std::uint32_t* const list = scratch_.list.data();
+    std::uint32_t* end = list;
+    for (const std::uint32_t *i = scratch_.blocks.data(), *last = i + blocks_found_; i != last; ++i) {
+      const Block& photons = block(i);
+      for (std::size_t lane = 0; lane < kVolumeBlock; lane += hn::Lanes(BlockTag()))
+        append_lanes(bounds.near(photons, lane), *i * kVolumeBlock + static_cast<std::uint32_t>(lane), end);
+      if (end - list > static_cast<std::ptrdiff_t>(kVolumeList)) {
+        with_flags([&](auto grey, auto isotropic) HWY_ATTR { add_list<grey(), isotropic()>(list, end); });
+        end = list;
+      }
+    }
+    with_flags([&](auto grey, auto isotropic) HWY_ATTR { add_list<grey(), isotropic()>(list, end); });
   }
 
   template <bool grey, bool isotropic>
-  void add(const std::uint32_t* list, const std::uint32_t* end) {
+  HWY_INLINE void add_list(const std::uint32_t* list, const std::uint32_t* end) {
+    const SegmentTag d;
     const auto length = static_cast<std::uint64_t>(end - list);
     for (std::size_t first = 0; first < tile_.count; first += kSegmentLanes) {
-      SegmentGroup<grey, isotropic> group(tile_, first);
-      for (const std::uint32_t* i = list; i != end; ++i)
-        counts_.evaluated += add_photon(blocks_[*i / kVolumeBlock], *i % kVolumeBlock, group);
+      const SegmentLanes<SegmentTag> segments(tile_,
+                                              [&](const float* array) HWY_ATTR { return hn::Load(d, array + first); });
+      for (const std::uint32_t* i = list; i != end; ++i) {
+        const std::size_t lane = *i % kVolumeBlock;
+        const auto photon = lanes_of(d, blocks_[*i / kVolumeBlock],
+                                     [&](const float* array) HWY_ATTR { return hn::Set(d, array[lane]); });
+        const Crossing<SegmentTag> at = cross(d, segments, photon);
+        if (hn::AllFalse(d, at.inside)) continue;
+        counts_.evaluated += hn::CountTrue(d, at.inside);
+        add_crossing<grey, isotropic>(d, segments, photon, at, [&](int c) { return sums_[c][lane] + first; });
+      }
       counts_.tested += length * HWY_MIN(kSegmentLanes, tile_.count - first);
       counts_.steps += length;
     }
+  }
+
+  /// One segment: meets a vector of photons at once.
+  template <bool grey, bool isotropic>
+  HWY_INLINE void add_blocks() {
+    const BlockTag d;
+    const SegmentLanes<BlockTag> segment(tile_, [&](const float* array) HWY_ATTR { return hn::Set(d, array[0]); });
+    for (const std::uint32_t *i = scratch_.blocks.data(), *last = i + blocks_found_; i != last; ++i) {
+      const Block& photons = block(i);
+      for (std::size_t lane = 0; lane < kVolumeBlock; lane += hn::Lanes(d)) {
+        const auto photon =
+            lanes_of(d, photons, [&](const float* array) HWY_ATTR { return hn::Load(d, array + lane); });
+        const Crossing<BlockTag> at = cross(d, segment, photon);
+        if (hn::AllFalse(d, at.inside)) continue;
+        counts_.evaluated += hn::CountTrue(d, at.inside);
+        add_crossing<grey, isotropic>(d, segment, photon, at, [&](int c) { return sums_[c][0] + lane; });
+      }
+    }
+    counts_.tested += blocks_found_ * kVolumeBlock;
+    counts_.steps += blocks_found_ * kVolumeBlock / hn::Lanes(d);
   }
 
   const Block* blocks_;
@@ -325,6 +419,7 @@ class TileSummer {
   VolumeScratch& scratch_;
   VolumeCounts& counts_;
   std::size_t blocks_found_ = 0;
+  alignas(64) float sums_[3][kVolumeBlock][kSegmentTile];
 };
 
 }  // namespace

@@ -15,26 +15,24 @@ inline constexpr int kSegmentTile = 16;
 /// away than the radius and this.
 inline constexpr float kBeamRounding = 1e-3f;
 
-/// Eight nearby photons. A lane without a photon has an infinite inverse_radius_squared and the radius kNoRadius.
+/// Eight nearby photons. The last photon of a tree fills the lanes behind it, without flux.
 struct alignas(32) VolumePhotonBlock {
   float x[kVolumeBlock], y[kVolumeBlock], z[kVolumeBlock];     ///< position, metres
-  float dx[kVolumeBlock], dy[kVolumeBlock], dz[kVolumeBlock];  ///< direction of travel, unit
-  float radius[kVolumeBlock];                                  ///< metres
   float inverse_radius_squared[kVolumeBlock];                  ///< m^-2
+  float dx[kVolumeBlock], dy[kVolumeBlock], dz[kVolumeBlock];  ///< direction of travel, unit
   float r[kVolumeBlock], g[kVolumeBlock], b[kVolumeBlock];     ///< flux times 2 / (pi radius^2), W m^-2
 };
 
-/// Eight nearby pieces of beams. A lane without a piece has a radius_squared of 0 and the radius kNoRadius.
+/// Eight nearby pieces of beams. The last piece of a tree fills the lanes behind it, without flux.
 struct alignas(32) BeamBlock {
   float x[kVolumeBlock], y[kVolumeBlock], z[kVolumeBlock];     ///< where the piece begins, metres
   float dx[kVolumeBlock], dy[kVolumeBlock], dz[kVolumeBlock];  ///< direction of travel, unit
-  float radius[kVolumeBlock];                                  ///< metres
   float radius_squared[kVolumeBlock];                          ///< m^2
   float length[kVolumeBlock];                                  ///< metres
   float r[kVolumeBlock], g[kVolumeBlock], b[kVolumeBlock];     ///< flux times 2 / (pi radius^2), W m^-2
 };
 
-/// Radius of what is not there: no segment is within it.
+/// Radius of a child that is not there: no segment is within it.
 inline constexpr float kNoRadius = -1e30f;
 
 /// Bounds of eight children (blocks, or nodes of the level below): a box around photons, and their largest radius. A
@@ -93,9 +91,9 @@ struct VolumeScratch {
 /// Sums the photons or beams at each segment of the tile (runs on the instruction set of set_simd()). The sum of a
 /// segment is added in the order of the tree: the same bits for any other segments in the tile.
 ///
-/// Photons add (1 - d^2 / r^2) T flux, at distance d from the segment. Beams add the integral over the part of the
-/// segment that lies in the tube of the piece, with T at the middle of that part: a full crossing at distance u and
-/// angle theta adds 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta) T flux, the projection of the same kernel.
+/// Photons add (1 - d^2 / r^2) T flux, at distance d from the segment. Beams add the integral of that over the part of
+/// the segment which lies in the tube of the piece, with T to second order: a full crossing at distance u and angle
+/// theta has the kernel's integral 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta), the projection of the same kernel.
 void sum_volume(const VolumeTree& tree, SegmentTile& tile, VolumeScratch& scratch, VolumeCounts& counts);
 
 }  // namespace glowworm
