@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -62,6 +64,43 @@ std::array<Vec3d, 2> file_corners(const Scene& scene) {
   return {file_place(scene, scene.from_file_axes(box.min)), file_place(scene, scene.from_file_axes(box.max))};
 }
 
+/// What names a medium: "around the scene", or materials.
+std::string medium_places(const Scene& scene, std::uint32_t medium) {
+  std::vector<std::string> places;
+  if (scene.ambient_medium() == medium) places.emplace_back("around the scene");
+  for (const Material& m : scene.materials()) {
+    if (m.inside == medium) places.push_back(fmt::format("inside of {}", m.name));
+    if (m.outside == medium) places.push_back(fmt::format("outside of {}", m.name));
+  }
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  return places.empty() ? "nowhere" : fmt::format("{}", fmt::join(places, ", "));
+}
+
+std::string medium_kind(const Medium& m) {
+  if (!m.grid) return m.bounds ? "homogeneous, in a box" : "homogeneous";
+  const auto& [x, y, z] = m.grid->values().size;
+  return fmt::format("grid of {} x {} x {}", x, y, z);
+}
+
+/// The largest coefficients of a medium, m^-1.
+std::array<RGB, 2> greatest_coefficients(const Medium& m) {
+  const MediumGrid::Point factors = m.grid ? m.grid->greatest() : MediumGrid::Point();
+  return {m.sigma_a * factors.sigma_a, m.sigma_s * factors.sigma_s};
+}
+
+void print_media(const Scene& scene) {
+  if (scene.media().empty()) return;
+  say("media      {}\n", scene.media().size());
+  for (std::size_t i = 0; i < scene.media().size(); ++i) {
+    const Medium& m = scene.media()[i];
+    const auto [a, s] = greatest_coefficients(m);
+    say("  {:<32} {}, {}\n", m.name, medium_kind(m), medium_places(scene, static_cast<std::uint32_t>(i)));
+    say("    absorbs {:.4g} {:.4g} {:.4g}, scatters {:.4g} {:.4g} {:.4g} m^-1, g {:.3g}, mean free path {:.4g} m\n",
+        a.r, a.g, a.b, s.r, s.g, s.b, m.g, 1 / greatest_extinction(m));
+  }
+}
+
 void print_scene(const std::shared_ptr<const Scene>& shared) {
   const Scene& scene = *shared;
   const Geometry& g = scene.geometry();
@@ -78,6 +117,7 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
     const Material& m = scene.materials()[i];
     say("  {:<32} {:<20} {} triangles\n", m.name, name(m.kind), uses[static_cast<std::uint32_t>(i)]);
   }
+  print_media(scene);
   say("textures   {}\n", scene.textures().size());
   const std::vector<NamedPower> lights = light_powers(shared);
   say("lights     {}, with {} emissive triangles\n", lights.size(), scene.emissive_triangles().size());
@@ -109,11 +149,21 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
               {"power_w", scene.light_power().total()}};
   std::vector<std::size_t> uses(scene.materials().size());
   for (const std::uint32_t m : g.material) ++uses[m];
-  for (const char* list : {"objects", "materials", "lights", "cameras", "notes"}) out[list] = json::array();
+  for (const char* list : {"objects", "materials", "media", "lights", "cameras", "notes"}) out[list] = json::array();
   for (const ObjectStart& object : g.objects) out["objects"].push_back(object.name);
   for (std::size_t i = 0; i < uses.size(); ++i) {
     const Material& m = scene.materials()[i];
     out["materials"].push_back({{"name", m.name}, {"kind", name(m.kind)}, {"triangles", uses[i]}});
+  }
+  for (std::size_t i = 0; i < scene.media().size(); ++i) {
+    const Medium& m = scene.media()[i];
+    const auto [a, s] = greatest_coefficients(m);
+    out["media"].push_back({{"name", m.name},
+                            {"kind", medium_kind(m)},
+                            {"places", medium_places(scene, static_cast<std::uint32_t>(i))},
+                            {"sigma_a_per_m", numbers(a)},
+                            {"sigma_s_per_m", numbers(s)},
+                            {"g", m.g}});
   }
   out["emissive_triangles"] = scene.emissive_triangles().size();
   for (const auto& [name, power] : light_powers(shared))

@@ -21,6 +21,8 @@ constexpr Entry kScenes[] = {
     {"glass-sphere", builtin_glass_sphere},
     {"ring", builtin_ring},
     {"window-room", builtin_window_room},
+    {"shafts", builtin_shafts},
+    {"glass-in-gas", builtin_glass_in_gas},
     {"atrium-large", builtin_atrium_large},
 };
 

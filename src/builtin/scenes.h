@@ -29,6 +29,11 @@ SceneDescription builtin_ring();
 /// surface.
 SceneDescription builtin_window_room();
 
+/// A room of 4 x 2.8 x 5 m full of haze, into which the sun shines through the slats of a window.
+SceneDescription builtin_shafts();
+/// A ball of clear glass in gas over a floor: its caustic is seen in the gas.
+SceneDescription builtin_glass_in_gas();
+
 /// A furnished room with nearly only indirect light: a lamp in a corridor shines through a door left ajar. All diffuse.
 SceneDescription builtin_ajar();
 

@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "image/image_file.h"
 #include "image/texture_file.h"
+#include "import/haze.h"
 #include "import/ies/luminaire.h"
 #include "import/mesh_tools.h"
 #include "import/sky_text.h"
@@ -148,6 +149,7 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   d.studio_light = changes.studio_light;
   if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
   change_cameras(d, changes);
+  if (changes.visibility > 0) add_haze(d, changes.visibility);
   for (const std::string& text : changes.luminaires)
     d.lights.push_back(luminaire_of_text(text, changes.z_up, d.origin));
   if (!changes.sky.empty()) {

@@ -25,6 +25,7 @@ struct SceneChanges {
   Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
   bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
+  float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
@@ -49,7 +50,7 @@ std::span<const SceneOption> scene_options();
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget);
 
-/// Applies the changes: first the axis and the unit, then the cameras, luminaires and environment. Adds a default
+/// Applies the changes: first the axis and the unit, then the cameras, haze, luminaires and environment. Adds a default
 /// camera if a camera change is requested and the scene has none. Throws Error if a file cannot be read.
 void change_scene(SceneDescription& scene, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget);
 

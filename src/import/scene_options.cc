@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/names.h"
 #include "core/text.h"
+#include "import/haze.h"
 #include "import/scene_changes.h"
 #include "import/sky_text.h"
 
@@ -43,6 +44,8 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) {
        c.studio_light = name_index("--studio-light", text, {"off", "on"}) == 1;
      }},
+    {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
+     [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--up", "y|z [y]", "Axis of the file that points up; places and directions of other options have it, too",
      [](SceneChanges& c, const std::string& text) {
        if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));

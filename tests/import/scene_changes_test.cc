@@ -2,6 +2,7 @@
 #include "import/scene_changes.h"
 
 #include "image/image.h"
+#include "import/haze.h"
 #include "scene/environment.h"
 #include "test_files.h"
 
@@ -190,6 +191,38 @@ TEST_F(SceneChangesTest, DefaultCamerasFrameTheSceneByTheAngle) {
     const Vec3 seen = inverse(d.cameras[0].to_world).point(p);
     EXPECT_LE(std::max(std::abs(seen.x), std::abs(seen.y)) / seen.z, d.cameras[0].half_extent * 1.0001f);
   }
+}
+
+TEST(HazeTest, SurroundsSurfacesAndCamerasByItsVisibility) {
+  SceneChanges changes;
+  for (const SceneOption& option : scene_options())
+    if (std::string_view(option.name) == "--haze") option.read(changes, "0.2km");
+  SceneDescription d = small_scene();
+  change_scene(d, changes, std::make_shared<MemoryBudget>());
+  ASSERT_EQ(d.ambient_medium, 0u);
+  const Medium& haze = d.media.at(0);
+  EXPECT_NEAR(haze.sigma_a.g + haze.sigma_s.g, 3.912f / 200, 1e-6f);
+  for (const Vec3 place : {Vec3{2, 1, 0}, Vec3{0, 1, 5}})
+    EXPECT_GT(medium_point(haze, place).sigma_s.r, 0.9f * 3.912f / 200);
+  EXPECT_EQ(medium_point(haze, {0, 9, 0}).sigma_s.r, 0);
+  for (const char* text : {"", "m", "0", "-3m", "nan", "inf", "5 furlongs"}) {
+    EXPECT_THROW(length_of_text("--haze", text), Error) << text;
+  }
+  EXPECT_EQ(length_of_text("--haze", "12.5m"), 12.5f);
+}
+
+TEST(HazeTest, CoefficientsAndGridsKeepTheirPlaceInOtherUnits) {
+  SceneDescription d = small_scene();
+  Medium medium;
+  medium.sigma_s = RGB(3.0f);
+  medium.bounds = Box3{{0, 0, 0}, {2, 1, 1}};
+  d.media.push_back(medium);
+  SceneChanges changes;
+  changes.metres_per_unit = 0.1f;
+  changes.z_up = true;
+  change_scene(d, changes, std::make_shared<MemoryBudget>());
+  EXPECT_FLOAT_EQ(medium_point(d.media[0], {0.15f, 0.05f, -0.05f}).sigma_s.r, 30);
+  EXPECT_FLOAT_EQ(medium_point(d.media[0], {0.15f, 0.05f, 0.05f}).sigma_s.r, 0);
 }
 
 }  // namespace

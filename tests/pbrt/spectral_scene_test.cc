@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "import/pbrt/spectrum_tables.h"
+#include "pbrt_testing.h"
 
 namespace glowworm {
 namespace {

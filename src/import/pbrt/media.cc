@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "import/pbrt/cloud.h"
 #include "import/pbrt/colors.h"
 #include "import/pbrt/transforms.h"
 #include "scene/scene_checks.h"
@@ -54,12 +55,14 @@ class MediumBuilder {
       uniform_grid();
     } else if (kind == "rgbgrid") {
       rgb_grid();
-    } else if (kind == "cloud" || kind == "nanovdb") {
+    } else if (kind == "cloud") {
+      cloud();
+    } else if (kind == "nanovdb") {
       parameters_.use_all();
       parameters_.note(fmt::format("not supported, read as vacuum: medium of type {}", in_quotes(kind)));
     } else {
       parameters_.error(fmt::format("unknown type of medium {}", in_quotes(kind)),
-                        "Supported: homogeneous, uniformgrid, rgbgrid and heterogeneous.");
+                        "Supported: homogeneous, uniformgrid, rgbgrid, cloud and heterogeneous.");
     }
     return std::move(medium_);
   }
@@ -107,13 +110,15 @@ class MediumBuilder {
     parameters_.error(fmt::format("unknown preset {} of a medium", in_quotes(preset)), "Known: " + names + ".");
   }
 
+  void bounds() {
+    Box3 box;
+    box.grow(narrow(parameters_.point3("p0", {0, 0, 0})));
+    box.grow(narrow(parameters_.point3("p1", {1, 1, 1})));
+    medium_.bounds = box;
+  }
   /// Reads bounds and number of cells of a grid.
   void bounds(MediumGridValues& grid) {
-    const Vec3d low = parameters_.point3("p0", {0, 0, 0}), high = parameters_.point3("p1", {1, 1, 1});
-    Box3 box;
-    box.grow(narrow(low));
-    box.grow(narrow(high));
-    medium_.bounds = box;
+    bounds();
     grid.size = {parameters_.integer("nx", 1), parameters_.integer("ny", 1), parameters_.integer("nz", 1)};
   }
 
@@ -191,6 +196,20 @@ class MediumBuilder {
     scale();
     medium_.emission = grid.emission.empty() ? RGB(0.0f) : RGB(parameters_.real("Lescale", 1));
     finish(std::move(grid));
+  }
+
+  void cloud() {
+    bounds();
+    coefficients(RGB(1.0f), RGB(1.0f));
+    PbrtCloud cloud;
+    cloud.density = parameters_.real("density", cloud.density);
+    cloud.wispiness = parameters_.real("wispiness", cloud.wispiness);
+    cloud.frequency = parameters_.real("frequency", cloud.frequency);
+    for (const float value : {cloud.density, cloud.wispiness, cloud.frequency})
+      if (!(value >= 0 && value <= 1e6f))
+        return parameters_.error(fmt::format("a number of a cloud is {:g}", value), "Give 0 to a million.");
+    parameters_.note("its noise is another than pbrt's, so its shape is: medium \"cloud\"");
+    finish(cloud_grid(cloud, *medium_.bounds, *context_.budget));
   }
 
   PbrtContext& context_;

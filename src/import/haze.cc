@@ -1,0 +1,42 @@
+#include "import/haze.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "core/error.h"
+
+namespace glowworm {
+
+float length_of_text(const char* option, const std::string& text) {
+  float length = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+  const std::string unit(end, text.data() + text.size());
+  if (unit == "km") length *= 1000;
+  const bool known = unit.empty() || unit == "m" || unit == "km";
+  if (error == std::errc() && known && length > 0 && std::isfinite(length)) return length;
+  throw Error(fmt::format("{} '{}' is not a length above 0", option, text),
+              "Give metres, for example 200, 200m or 2km.");
+}
+
+void add_haze(SceneDescription& scene, float visibility) {
+  // Fine droplets absorb little, and scatter forwards.
+  constexpr float kContrast = 3.912f, kAlbedo = 0.98f, kMeanCosine = 0.7f, kMargin = 0.02f;
+  if (scene.geometry.triangles.empty()) return;
+  if (scene.ambient_medium != kNone)
+    scene.notes.push_back(
+        fmt::format("--haze replaces the medium \"{}\" around the scene", scene.media[scene.ambient_medium].name));
+  Medium haze;
+  haze.name = "haze";
+  haze.sigma_s = RGB(kContrast / visibility * kAlbedo);
+  haze.sigma_a = RGB(kContrast / visibility * (1 - kAlbedo));
+  haze.g = kMeanCosine;
+  Box3 box = scene.geometry.bounds();
+  for (const Camera& camera : scene.cameras) box.grow(camera.to_world.translation);
+  const float margin = kMargin * length(box.diagonal());
+  haze.bounds = Box3{box.min - Vec3{margin, margin, margin}, box.max + Vec3{margin, margin, margin}};
+  scene.ambient_medium = static_cast<std::uint32_t>(scene.media.size());
+  scene.media.push_back(std::move(haze));
+}
+
+}  // namespace glowworm
