@@ -10,6 +10,7 @@
 #include "gather/final_gather.h"
 #include "scene/surface.h"
 #include "transport/light_connection.h"
+#include "transport/segment_light.h"
 #include "transport/step.h"
 #include "transport/vertex.h"
 
@@ -29,7 +30,10 @@ struct History {
   bool rough_sharp = false;  ///< a sharp bounce that is not a delta, before the gather point
   bool sharp_after_gather = false;
   bool broad_after_gather = false;
+  bool in_medium = false;  ///< before the gather point
 
+  /// A medium scatters or emits the path's light.
+  void mark_medium() { (gathered ? broad_after_gather : in_medium) = true; }
   void mark(Lobes lobe, bool delta) {
     if (lobe != kSharp)
       (gathered ? broad_after_gather : gathered) = true;
@@ -39,6 +43,7 @@ struct History {
       rough_sharp = true;
   }
   std::vector<RGB>& destination(SlotRadiance& radiance) const {
+    if (in_medium) return radiance.medium;
     if (!gathered) return rough_sharp ? radiance.direct : radiance.emitted;
     if (broad_after_gather) return radiance.indirect;
     return sharp_after_gather ? radiance.caustic : radiance.direct;
@@ -75,7 +80,8 @@ class Path {
         slot_(slot),
         radiance_(radiance),
         first_hit_(first_hit),
-        lookups_(lookups) {}
+        lookups_(lookups),
+        crosses_media_(crosses_media(scene_)) {}
 
   /// The light that arrives at the place of a sample of a cell of the grid.
   void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
@@ -83,6 +89,7 @@ class Path {
     Vertex vertex{white_point(scene_, grid, cell), {}, white_bsdf()};
     vertex.point.position = place_in_cell(grid, cell, sample);
     vertex.wo = vertex.point.geometric_normal;
+    if (!scene_.media().empty()) vertex.media.front = medium_at_start(tracer_, vertex.point.position, vertex.wo);
     state_.throughput = RGB(kPi);
     start_ = kPi;
     add_sampled_light(vertex);
@@ -93,8 +100,10 @@ class Path {
     if (go_on(vertex)) follow(1);
   }
 
-  void trace_from(const CameraRay& camera) {
+  void trace_from(const CameraRay& camera, PathMedium medium) {
     state_.ray = {camera.origin, 0, camera.direction, std::numeric_limits<float>::infinity()};
+    state_.medium = medium;
+    start_at_ = camera.origin;
     follow(0);
   }
 
@@ -104,8 +113,12 @@ class Path {
   bool finds_light() const { return true; }
   template <typename Density>
   void add_light(RGB light, std::uint32_t source, Density&& density) {
-    radiance_.add(history_.destination(radiance_), slot_,
-                  state_.throughput * light * weight_of_met_light(state_, density), source);
+    float weight = weight_of_met_light(state_, density);
+    if (segment_.samples() && state_.pdf > 0) {
+      const float by_segment = segment_.ratio(scene_, source, on_segment_, met_at_);
+      weight = balance_heuristic(1, state_.pdf, 1, density(state_.scattered_at) * (1 + by_segment));
+    }
+    radiance_.add(history_.destination(radiance_), slot_, state_.throughput * light * weight, source);
   }
   float wavelength_number() { return sampler_.next1(); }
   bool scatter(const Vertex& vertex) {
@@ -120,19 +133,95 @@ class Path {
   }
 
  private:
+  /// What a straight part of the path ends at.
+  enum class End : std::uint8_t { surface, scattering, nothing };
+
   /// @param first_bounce number of surfaces before
   void follow(int first_bounce) {
-    Hit hit;
     bounce_ = first_bounce;
-    do {
-      hit = tracer_.intersect(state_.ray, bounce_ == 0 ? RayOrder::camera : RayOrder::incoherent);
-      if (bounce_ == 0) see(hit);
-      if (hit.triangle != kNone) state_.throughput *= transmittance(scene_, state_.medium, state_.ray, hit);
-    } while (meet(scene_, state_, hit, *this) && ++bounce_);
+    bool goes_on = true;
+    while (goes_on) {
+      Hit hit = tracer_.intersect(state_.ray, order());
+      const End end = crosses_media_ ? cross(hit) : End::surface;
+      if (bounce_ == 0 && !history_.in_medium) see(hit);
+      goes_on = end == End::surface ? meet(scene_, state_, hit, *this) : end == End::scattering;
+      ++bounce_;
+    }
+  }
+  RayOrder order() const { return bounce_ == 0 ? RayOrder::camera : RayOrder::incoherent; }
+
+  /// Takes the path through media to the next surface, or to where it scatters on the way.
+  End cross(Hit& hit) {
+    bool scatters = false;
+    const bool arrives = travel(tracer_, state_, hit, order(), [&](const Medium* inside, float length) {
+      if (!inside) return true;
+      const Medium& medium = *inside;
+      const LitSegment segment(medium, state_, length);
+      add_segment_light(segment);
+      const MediumSample sample = sample_medium(medium, state_.ray, length, state_.throughput, sampler_.next2());
+      if (!is_black(sample.emitted)) {
+        History with = history_;
+        with.mark_medium();
+        radiance_.add(with.destination(radiance_), slot_, state_.throughput * sample.emitted, kNone);
+      }
+      state_.throughput *= sample.weight;
+      if (sample.scatters) scatters = scatter(medium, segment, sample.distance);
+      return !sample.scatters;
+    });
+    met_at_ = state_.ray.origin + state_.ray.direction * hit.distance;
+    return arrives ? End::surface : scatters ? End::scattering : End::nothing;
+  }
+
+  /// Scatters the path in a medium; false if it ends.
+  bool scatter(const Medium& medium, const LitSegment& segment, float distance) {
+    if (is_black(state_.throughput) || bounce_ >= settings_.max_bounces) return false;
+    MediumVertex vertex{state_.ray.origin + state_.ray.direction * distance,
+                        -state_.ray.direction,
+                        medium.g,
+                        {state_.medium.index, true},
+                        state_.ray.time};
+    history_.mark_medium();
+    segment_ = segment;
+    on_segment_ = distance;
+    const Vec2 pair = sampler_.next2();
+    const LightSample light = sample_light(scene_, vertex.position, pair.x, {sampler_.next1(), pair.y});
+    if (light.pdf > 0) {
+      const float others = (light.delta ? 0.0f : vertex.phase(light.direction)) +
+                           light.pdf * segment.ratio(scene_, light.source, distance, light.position);
+      add_scattered(scattered_light(light, vertex, balance_heuristic(1, light.pdf, 1, others)), state_.throughput);
+    }
+    const Vec3 direction = vertex.sample(sampler_.next2());
+    state_.pdf = vertex.phase(direction);
+    state_.scattered_at = vertex.position;
+    state_.medium = vertex.medium;
+    state_.ray = {vertex.position, 0, direction, std::numeric_limits<float>::infinity(), state_.ray.time};
+    return survives();
+  }
+
+  /// Light of lamps that the medium scatters along a piece of the path, sampled by their place.
+  void add_segment_light(const LitSegment& segment) {
+    if (!segment.samples() || bounce_ >= settings_.max_bounces) return;
+    const Vec2 u = sampler_.next2();
+    const SegmentLight light = segment.sample(scene_, u, sampler_.next2());
+    if (!(light.sample.pdf > 0)) return;
+    const float others = light.by_place + (light.sample.delta ? 0.0f : light.vertex.phase(light.sample.direction));
+    const float weight = balance_heuristic(1, light.sample.pdf, 1, others * light.by_transmittance);
+    const History before = history_;
+    history_.mark_medium();
+    add_scattered(scattered_light(light.sample, light.vertex, weight), state_.throughput * light.weight);
+    history_ = before;
+  }
+
+  void add_scattered(const UnoccludedLight& light, RGB throughput) {
+    if (is_black(light.radiance)) return;
+    ++shadow_rays;
+    radiance_.add(history_.destination(radiance_), slot_, throughput * light.radiance * passed_share(tracer_, light),
+                  light.source);
   }
 
   void see(const Hit& hit) {
-    first_hit_.depth[slot_] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+    first_hit_.depth[slot_] = length_to(hit);
+    if (crosses_media_) first_hit_.depth[slot_] += length(state_.ray.origin - start_at_);
     if (first_hit_.triangle.empty()) return;
     first_hit_.triangle[slot_] = hit.triangle;
     first_hit_.barycentric[slot_] = hit.barycentric;
@@ -146,10 +235,10 @@ class Path {
     const LightSample sample = sample_light(scene_, vertex, pair, u);
     for (const Lobes which : {kBroad, kSharp}) {
       if (!vertex.has(which)) continue;
-      const UnoccludedLight light = reflected_light(scene_, sample, vertex, which, kAllLobes);
+      const UnoccludedLight light = reflected_light(sample, vertex, which, kAllLobes);
       if (is_black(light.radiance)) continue;
       ++shadow_rays;
-      const RGB passed = tracer_.transmittance(light.shadow_ray);
+      const RGB passed = passed_share(tracer_, light);
       if (is_black(passed)) continue;
       History with = history_;
       with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
@@ -166,11 +255,15 @@ class Path {
   bool go_on(const Vertex& vertex) {
     const float u_lobe = sampler_.next1();
     const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler_.next2(), kAllLobes);
-    if (!leave(scene_, state_, vertex, s, s.weight)) return false;
-    const float weight = max_component(state_.throughput) / start_;
-    if (!(survive(state_, weight, kLeastOfPaths, bounce_ + 1, [&] { return sampler_.next1(); }) > 0)) return false;
-    if (!s.straight) history_.mark(s.lobe, s.delta);  // shadow rays pass through panes, too
+    if (!leave(state_, vertex, s, s.weight) || !survives()) return false;
+    if (s.straight) return true;  // shadow rays pass through panes, too
+    history_.mark(s.lobe, s.delta);
+    segment_ = {};
     return true;
+  }
+  bool survives() {
+    const float weight = max_component(state_.throughput) / start_;
+    return survive(state_, weight, kLeastOfPaths, bounce_ + 1, [&] { return sampler_.next1(); }) > 0;
   }
 
   const Tracer& tracer_;
@@ -183,8 +276,13 @@ class Path {
   Lookups* lookups_;
   PathState state_;
   float start_ = 1;  // the throughput before the first bounce
-  int bounce_ = 0;   // surfaces before
+  int bounce_ = 0;   // before, at surfaces and in media
   History history_;
+  const bool crosses_media_;
+  LitSegment segment_;    // where the path scattered last, if that was in a medium,
+  float on_segment_ = 0;  // and the place on it, metres
+  Vec3 met_at_{};         // the end of the ray
+  Vec3 start_at_{};       // the camera
 };
 
 /// Traces the samples of tasks.
@@ -198,7 +296,9 @@ class PathPass {
         maps_(maps),
         radiance_(radiance),
         first_hit_(first_hit),
-        statistics_(statistics) {}
+        statistics_(statistics) {
+    if (view.camera) camera_medium_ = camera_medium(tracer, *view.camera);
+  }
 
   /// Traces all samples of a task.
   void trace(const CameraTask& task, std::size_t first_slot) {
@@ -254,7 +354,7 @@ class PathPass {
     const CameraRay ray = generate_ray(*view_.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                        settings_.width, settings_.height, sampler.next2());
     Path path = start(sampler);
-    path.trace_from(ray);
+    path.trace_from(ray, camera_medium_);
     return path.shadow_rays;
   }
 
@@ -281,6 +381,7 @@ class PathPass {
   SlotRadiance& radiance_;
   FirstHit& first_hit_;
   Statistics& statistics_;
+  PathMedium camera_medium_;
   Lookups found_;
   LargeVector<RGB> found_light_;
 };
@@ -289,7 +390,7 @@ class PathPass {
 
 void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,
                  const PhotonMaps* maps, SlotRadiance& radiance, FirstHit& first_hit, Statistics& statistics) {
-  radiance.resize(tasks.slot_count());
+  radiance.resize(tasks.slot_count(), !tracer.scene().media().empty());
   first_hit.resize(tasks.slot_count(), settings.place_layers().of_triangles());
   PathPass pass(tracer, view, settings, maps, radiance, first_hit, statistics);
   std::size_t first_slot = 0;

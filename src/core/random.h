@@ -33,6 +33,7 @@ enum RandomStream : std::uint32_t {
   kGuideStream = 0x67756964,        ///< gather rays that the guide of gather rays learns from
   kLightStream = 0x6c696768,        ///< light samples at gather points
   kLobeStream = 0x6c6f6265,         ///< the lobe of a gather ray
+  kMediumStream = 0x6d656469,       ///< distances and directions in media
   kPathStream = 0x70617468,         ///< the path tracer
   kPhotonStream = 0x70686f74,       ///< photons
   kPhotonEndStream = 0x70656e64,    ///< photons of very long paths, which end at random

@@ -121,6 +121,7 @@ const std::vector<LayerWriter>& table() {
       rgb_row("direct", Layer::direct),
       rgb_row("indirect", Layer::indirect),
       rgb_row("caustic", Layer::caustic),
+      rgb_row("medium", Layer::medium),
       rgb_row("albedo", Layer::fine_albedo),
       {"normal", [](Image& image, const Source& from) { add_vectors(image, "normal", from.film, Layer::normal); }},
       scalar_row("depth", "depth.Z", [](const Source& from, std::size_t i) { return from.film.depth(i); }),

@@ -92,6 +92,7 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   normal_.resize(layers ? n : 0);
   fine_albedo_.resize(places.fine ? n : 0);
   fine_emitted_.resize(places.fine ? n : 0);
+  medium_.resize(layers && places.medium ? n : 0);
   position_.resize(places.position ? n : 0);
   uv_.resize(places.uv ? n : 0);
   objects_.resize(places.objects ? n : 0);
@@ -114,8 +115,8 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
   constexpr std::uint64_t kLight = 3 * sizeof(LightSum);
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
-      (places.position + places.uv) * kLight + (places.fine ? kLight + 3 * sizeof(UnitSum) : 0) +
-      (places.objects + places.materials) * sizeof(IdCounts) +
+      (places.position + places.uv + (layers && places.medium)) * kLight +
+      (places.fine ? kLight + 3 * sizeof(UnitSum) : 0) + (places.objects + places.materials) * sizeof(IdCounts) +
       static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
   const std::uint64_t of_spread = batches > 1 ? batches * sizeof(LightSum) : sizeof(SquareSum);
   return bounds.pixel_count() * (sizeof(std::uint32_t) + of_spread + of_places + light_groups * kLight +
@@ -169,7 +170,8 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
 
 void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot) {
   const RGB light[4] = {radiance.emitted[slot], radiance.direct[slot], radiance.indirect[slot], radiance.caustic[slot]};
-  const RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
+  RGB shown = indirect_only_ ? light[2] : light[0] + light[1] + light[2] + light[3];
+  if (!radiance.medium.empty() && !indirect_only_) shown += radiance.medium[slot];
   const float level = luminance(shown);
   if (batches_.count > 1)
     batch_sum_[(batches_.first_sample + count_[pixel]) % batches_.count][pixel] += level;
@@ -181,6 +183,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     return;
   }
   for (int layer = 0; layer < 4; ++layer) add(light_[layer][pixel], light[layer]);
+  if (!medium_.empty() && !radiance.medium.empty()) add(medium_[pixel], radiance.medium[slot]);
   for (std::size_t group = 0; group < groups_.size(); ++group) add(groups_[group][pixel], radiance.groups[group][slot]);
   add(albedo_[pixel], first_hit.albedo[slot]);
   const Vec3 n = first_hit.normal[slot];
@@ -266,6 +269,7 @@ RGB Film::mean(Layer layer, std::size_t pixel) const {
   const bool fine = places_.fine && count_[pixel] > 1;
   if (layer == Layer::fine_albedo) return mean_of((fine ? fine_albedo_ : albedo_)[pixel], count_[pixel]);
   if (layer == Layer::fine_emitted) return mean_of((fine ? fine_emitted_ : light_[0])[pixel], count_[pixel]);
+  if (layer == Layer::medium) return medium_.empty() ? RGB() : mean_of(medium_[pixel], count_[pixel]);
   if (layer == Layer::normal) return mean_of(normal_[pixel], count_[pixel]);
   if (layer == Layer::position || layer == Layer::uv) {
     const auto& sums = layer == Layer::uv ? uv_ : position_;
@@ -298,7 +302,7 @@ RGB Film::radiance(std::size_t pixel, bool indirect_only) const {
   if (!layers_) return count_[pixel] == 0 ? RGB() : mean_of(light_[0][pixel], count_[pixel]);
   if (indirect_only) return mean(Layer::indirect, pixel);
   return mean(Layer::emitted, pixel) + mean(Layer::direct, pixel) + mean(Layer::indirect, pixel) +
-         mean(Layer::caustic, pixel);
+         mean(Layer::caustic, pixel) + mean(Layer::medium, pixel);
 }
 
 Film::Moments Film::moments(Layer layer, std::size_t pixel) const {
@@ -338,6 +342,7 @@ void Film::for_arrays(Work&& work, Films&... films) {
   work(films.normal_...);
   work(films.fine_albedo_...);
   work(films.fine_emitted_...);
+  work(films.medium_...);
   work(films.position_...);
   work(films.uv_...);
   work(films.objects_...);

@@ -89,6 +89,7 @@ class Film {
 
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
+  /// medium is black in films without PlaceLayers::medium.
   /// fine_emitted and fine_albedo are those of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
   /// film without them and in pixels of a single sample, which the filters leave as it is, too.
   enum class Layer : std::uint8_t {
@@ -101,7 +102,8 @@ class Film {
     position,
     uv,
     fine_emitted,
-    fine_albedo
+    fine_albedo,
+    medium
   };
   RGB mean(Layer layer, std::size_t pixel) const;
   /// Mean light of a group of light sources over the samples so far. W sr^-1 m^-2.
@@ -196,7 +198,7 @@ class Film {
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
   std::vector<std::array<UnitSum, 3>> albedo_, normal_, fine_albedo_;
-  std::vector<std::array<LightSum, 3>> fine_emitted_;
+  std::vector<std::array<LightSum, 3>> fine_emitted_, medium_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;

@@ -85,14 +85,14 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
-/// of the surface samples.
+/// Adds caustic light, emission and light of media to a picture of direct and indirect light, and scales reflected
+/// light to the albedo of the surface samples.
 void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   for_pixels(film, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];
     if (!indirect_only) pixel += film.mean(Layer::caustic, i);
     pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::fine_albedo);
-    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i);
+    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i) + film.mean(Layer::medium, i);
   });
 }
 

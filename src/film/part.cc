@@ -97,6 +97,7 @@ std::string header_text(const Part& part) {
                     {"materials", as_characters(p.materials)},
                     {"light_groups", as_characters(p.light_groups)},
                     {"matrices", p.matrices},
+                    {"media", p.settings.media},
                     {"of_points", p.settings.of_points}};
   return out.dump();
 }
@@ -144,6 +145,7 @@ std::optional<Part> parse_header(const std::string& text) {
     p.materials = as_bytes(in.at("materials"));
     p.light_groups = as_bytes(in.at("light_groups"));
     p.settings.light_group_count = static_cast<std::uint32_t>(p.light_groups.size());
+    p.settings.media = in.at("media").get<bool>();
     p.settings.of_points = in.at("of_points").get<bool>();
     p.matrices = in.at("matrices").get<decltype(p.matrices)>();
   } catch (const json::exception&) {

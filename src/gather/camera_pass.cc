@@ -10,6 +10,7 @@
 #include "core/part_queue.h"
 #include "core/random.h"
 #include "gather/camera_rays.h"
+#include "gather/medium_walk.h"
 #include "transport/light_connection.h"
 #include "transport/step.h"
 
@@ -39,6 +40,7 @@ struct BlockMemory {
   std::vector<CameraPath> split_paths;  // of surface samples that continue on a second path
   GatherPoints points;                  // the one or the other
   QueryPoints queries;
+  VolumeSegments segments;
 };
 
 class BlockTracer {
@@ -59,11 +61,16 @@ class BlockTracer {
         memory_(memory),
         camera_rays_(memory.camera),
         hits_(memory.hits),
-        paths_(memory.paths) {}
+        paths_(memory.paths),
+        walk_(tracer, radiance, memory.segments, settings.photons_alone),
+        crosses_media_(crosses_media(tracer.scene())),
+        in_media_(!tracer.scene().media().empty()),
+        camera_medium_(camera_medium(tracer, camera)) {}
 
   void trace(int x0, int y0) {
     memory_.points.clear();
     memory_.queries.clear();
+    memory_.segments.clear();
     follow_paths(x0, y0);
     for (std::uint32_t i = 0; settings_.fine && i < kSurfaceSamples; ++i) {
       sequence_ = CameraSequence(i);
@@ -71,6 +78,7 @@ class BlockTracer {
     }
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
+  std::uint64_t shadow_rays() const { return walk_.shadow_rays; }
 
  private:
   void follow_paths(int x0, int y0) {
@@ -83,7 +91,8 @@ class BlockTracer {
       intersect();
       std::size_t kept = 0;
       for (std::size_t i = 0; i < hits_.size(); ++i)
-        if (advance(paths_[i], hits_[i], bounce)) paths_[kept++] = paths_[i];
+        if (reach(paths_[i], hits_[i], RayOrder::incoherent) && advance(paths_[i], hits_[i], bounce))
+          paths_[kept++] = paths_[i];
       keep_paths(kept);
     }
   }
@@ -119,19 +128,36 @@ class BlockTracer {
     const std::uint32_t slot = camera_rays_.slot[i], pixel = camera_rays_.pixel[i];
     if (slot == CameraRays::kNoSlot) return;
     const Ray& ray = camera_rays_.rays[i];
-    const Hit& hit = hits_[i];
-    if (!sequence_.of_surface()) record_hit(slot, hit);
-    if (hit.triangle != kNone && ends_on_diffuse(slot, ray, hit)) return;
+    Hit hit = hits_[i];
+    if (!crosses_media_) {
+      if (!sequence_.of_surface()) record_hit(slot, hit, length_to(hit));
+      if (hit.triangle != kNone && ends_on_diffuse(slot, ray, hit)) return;
+    }
     const std::uint32_t sample = camera_rays_.sample_of(i, task_);
     Sampler sampler(SamplerKind::sobol, settings_.seed, sequence_.stream_of(pixel), sequence_.place_of(sample));
     // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
     paths_.push_back({{ray}, sampler, slot, pixel, sample});
-    if (!advance(paths_.back(), hit, 0)) paths_.pop_back();
+    CameraPath& path = paths_.back();
+    bool goes_on = true;
+    if (crosses_media_) {
+      path.medium = camera_medium_;
+      goes_on = reach(path, hit, RayOrder::camera);
+      if (!sequence_.of_surface()) record_hit(slot, hit, length(path.ray.origin - ray.origin) + length_to(hit));
+    }
+    if (!goes_on || !advance(path, hit, 0)) paths_.pop_back();
   }
 
-  void record_hit(std::uint32_t slot, const Hit& hit) {
-    first_hit_.depth[slot] = hit.triangle == kNone ? std::numeric_limits<float>::infinity() : hit.distance;
+  /// Takes a path through media and interfaces. Returns false if nothing comes from behind.
+  bool reach(CameraPath& path, Hit& hit, RayOrder order) {
+    if (!crosses_media_) return true;
+    // Surface samples see light behind media alone.
+    return walk_.cross(path, hit, order, {sequence_.of_surface() ? nullptr : &radiance_.medium, path.slot},
+                       path.sampler);
+  }
+
+  void record_hit(std::uint32_t slot, const Hit& hit, float depth) {
+    first_hit_.depth[slot] = depth;
     if (!settings_.places) return;
     first_hit_.triangle[slot] = hit.triangle;
     first_hit_.barycentric[slot] = hit.barycentric;
@@ -177,9 +203,7 @@ class BlockTracer {
 
   /// Processes a path's hit. Returns true if the path continues through a sharp bounce.
   bool advance(CameraPath& path, const Hit& hit, int bounce) {
-    const Scene& scene = tracer_.scene();
-    if (hit.triangle != kNone) path.throughput *= transmittance(scene, path.medium, path.ray, hit);
-    return meet(scene, path, hit, Policy{*this, path, bounce});
+    return meet(tracer_.scene(), path, hit, Policy{*this, path, bounce});
   }
 
   bool scatter(CameraPath& path, const Vertex& vertex, int bounce) {
@@ -217,7 +241,7 @@ class BlockTracer {
     if (as_queries_)
       add_query(memory_.queries, vertex, throughput, path.slot);
     else
-      add_gather_point(memory_.points, vertex, throughput, path.slot, path.sequence, path.sample);
+      add_gather_point(memory_.points, vertex, throughput, path.slot, path.sequence, path.sample, in_media_);
   }
 
   /// Continues through the sharp lobes of the surface, and adds the light of lamps that rough ones reflect.
@@ -230,18 +254,16 @@ class BlockTracer {
     const float u = sampler.next1();
     if (takes_light_samples(vertex.bsdf)) {
       const LightSample sample = sample_light(scene, vertex, pair, u);
-      const UnoccludedLight light = reflected_light(scene, sample, vertex, kSharp, kSharp);
+      const UnoccludedLight light = reflected_light(sample, vertex, kSharp, kSharp);
       if (!is_black(light.radiance))
-        radiance_.add(radiance_.direct, path.slot,
-                      path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+        radiance_.add(radiance_.direct, path.slot, path.throughput * light.radiance * passed_share(tracer_, light),
+                      light.source);
     }
-    return leave(scene, path, vertex, s, s.weight) &&
-           survives(path, max_component(path.throughput), kLeastOfChains, bounce);
+    return leave(path, vertex, s, s.weight) && survives(path, max_component(path.throughput), kLeastOfChains, bounce);
   }
 
   /// Continues through the sharp lobes, for lamps that are seen through them.
   bool follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce) {
-    const Scene& scene = tracer_.scene();
     const ShadedSurface surface = vertex.surface();
     const float u_lobe = path.sampler.next1();
     const Vec2 u = path.sampler.next2();
@@ -252,14 +274,13 @@ class BlockTracer {
       // Both lobes are perfectly smooth, and there are no others.
       if (first.valid && last.valid && first.delta && last.delta && std::abs(first.pdf + last.pdf - 1) < 1e-5f) {
         memory_.split_paths.push_back(path);
-        if (!leave(scene, memory_.split_paths.back(), vertex, last, last.weight * last.pdf))
-          memory_.split_paths.pop_back();
-        return leave(scene, path, vertex, first, first.weight * first.pdf);
+        if (!leave(memory_.split_paths.back(), vertex, last, last.weight * last.pdf)) memory_.split_paths.pop_back();
+        return leave(path, vertex, first, first.weight * first.pdf);
       }
     }
     const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSharp);
     // Not by throughput: that of split paths is small, and would end them. The first bounces are not left to chance.
-    return leave(scene, path, vertex, s, s.weight) &&
+    return leave(path, vertex, s, s.weight) &&
            (bounce < kSplitBounces || survives(path, max_component(s.weight), 1, bounce));
   }
 
@@ -279,6 +300,9 @@ class BlockTracer {
   CameraRays& camera_rays_;
   std::vector<Hit>& hits_;
   std::vector<CameraPath>& paths_;
+  MediumWalk walk_;
+  const bool crosses_media_, in_media_;
+  const PathMedium camera_medium_;
   CameraSequence sequence_;
   std::uint64_t rays_traced_ = 0;
 };
@@ -312,14 +336,18 @@ std::vector<Block> blocks_of(CameraTasks tasks) {
 template <typename Join>
 void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,
                   bool as_queries, const PassOutput& output, Join&& join) {
-  output.radiance.resize(tasks.slot_count());
+  output.radiance.resize(tasks.slot_count(), !tracer.scene().media().empty());
   output.first_hit.resize(tasks.slot_count(), settings.places);
   if (settings.fine) {
     output.radiance.fine_emitted.resize(tasks.slot_count());
     output.first_hit.fine_albedo.resize(tasks.slot_count());
   }
   const std::vector<Block> blocks = blocks_of(tasks);
-  PartQueue<BlockMemory> queue(blocks.size(), join);
+  if (settings.segments) settings.segments->clear();
+  PartQueue<BlockMemory> queue(blocks.size(), [&](const BlockMemory& block) {
+    join(block);
+    if (settings.segments) settings.segments->append(block.segments);
+  });
   parallel_for(0, blocks.size(), 1, [&](std::size_t, std::size_t) {
     const std::size_t next = queue.take();
     const Block& block = blocks[next];
@@ -328,6 +356,7 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                              output.first_hit, *memory);
     block_tracer.trace(block.x, block.y);
     output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
+    if (block_tracer.shadow_rays() > 0) output.statistics.add(Counter::occlusion_rays, block_tracer.shadow_rays());
     queue.put(next, std::move(memory));
   });
 }

@@ -8,6 +8,7 @@
 #include "points/gather_points.h"
 #include "points/query_points.h"
 #include "points/slot_value.h"
+#include "points/volume_segments.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -20,8 +21,10 @@ inline constexpr std::uint32_t kSurfaceSamples = 4;
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
-  bool places = false;  ///< also fill FirstHit::triangle and barycentric
-  bool fine = false;    ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
+  bool places = false;         ///< also fill FirstHit::triangle and barycentric
+  bool fine = false;           ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
+  bool photons_alone = false;  ///< SlotRadiance::medium is without light that media emit or scatter straight from lamps
+  VolumeSegments* segments = nullptr;  ///< takes the ways of camera rays through media, by slot; null: no media
 };
 
 /// The first visible surface of each slot, seen through sharp bounces.

@@ -28,9 +28,9 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
   const auto lights_each = static_cast<float>(light_samples), rays_each = static_cast<float>(gather_rays);
   const Scene& scene = tracer.scene();
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
-    std::vector<Ray> rays;
+    std::vector<UnoccludedLight> lights_found;
     std::vector<RGB> light;
-    std::vector<std::uint32_t> slot, source, index(light_samples);
+    std::vector<std::uint32_t> slot, index(light_samples);
     std::vector<float> u_light(light_samples), u_x(light_samples), u_y(light_samples), unused(light_samples);
     for (std::size_t i = first; i < last; ++i) {
       const Vertex vertex = vertex_of(points, i);
@@ -42,20 +42,18 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       LightSelector::AtPoint lights(scene.light_selector(), vertex.point.position);
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, vertex.point.position, lights, u_light[n], {u_x[n], u_y[n]});
-        const UnoccludedLight l = reflected_light(scene, sample, vertex, kBroad, lights_each, rays_each,
+        const UnoccludedLight l = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
                                                   [&](Vec3 w) { return density.weighing_pdf(w); });
         if (is_black(l.radiance)) continue;
-        rays.push_back(l.shadow_ray);
+        lights_found.push_back(l);
         light.push_back(points.throughput[i] * l.radiance / lights_each);
         slot.push_back(points.slot[i]);
-        source.push_back(l.source);
       }
     }
-    std::vector<RGB> passed(rays.size());
-    tracer.transmittance(rays, passed);
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      if (!is_black(passed[i])) radiance.add(radiance.direct, slot[i], light[i] * passed[i], source[i]);
-    statistics.add(Counter::occlusion_rays, rays.size());
+    const std::vector<RGB> passed = passed_shares(tracer, lights_found);
+    for (std::size_t i = 0; i < passed.size(); ++i)
+      if (!is_black(passed[i])) radiance.add(radiance.direct, slot[i], light[i] * passed[i], lights_found[i].source);
+    statistics.add(Counter::occlusion_rays, passed.size());
   });
 }
 

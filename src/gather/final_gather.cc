@@ -8,6 +8,7 @@
 #include "core/part_queue.h"
 #include "core/random.h"
 #include "gather/gather_rays.h"
+#include "gather/medium_walk.h"
 #include "scene/surface.h"
 #include "transport/light_connection.h"
 #include "transport/step.h"
@@ -43,7 +44,8 @@ std::uint32_t strata_under_way(std::uint32_t rays_each) {
 class ChunkGatherer {
  public:
   ChunkGatherer(const Tracer& tracer, const GatherPoints& points, const FinalGatherSettings& settings,
-                SlotRadiance& radiance, GatherRays& rays, QueryPoints& queries, QueryPoints* caustic_queries)
+                SlotRadiance& radiance, GatherRays& rays, QueryPoints& queries, QueryPoints* caustic_queries,
+                VolumeSegments& segments)
       : tracer_(tracer),
         scene_(tracer.scene()),
         points_(points),
@@ -51,7 +53,8 @@ class ChunkGatherer {
         radiance_(radiance),
         rays_(rays),
         queries_(queries),
-        caustic_queries_(caustic_queries) {}
+        caustic_queries_(caustic_queries),
+        walk_(tracer, radiance, segments, settings.photons_alone) {}
 
   void gather(std::size_t first, std::size_t last) {
     queries_.clear();
@@ -64,14 +67,37 @@ class ChunkGatherer {
     for (std::uint32_t stratum = 0; stratum < settings_.rays; stratum += strata_at_once) {
       start_rays();
       maker_.create(stratum, std::min(settings_.rays, stratum + strata_at_once), rays_);
+      enter_media();
       while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
     }
     if (settings_.looks_at_patches()) look_at_patches(order);
   }
 
-  std::uint64_t rays_traced = 0, shadow_rays = 0;
+  std::uint64_t rays_traced = 0;
+  std::uint64_t shadow_rays() const { return shadow_rays_ + walk_.shadow_rays; }
 
  private:
+  /// Sets the media in which rays start.
+  void enter_media() {
+    if (points_.media.empty()) return;
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      const std::uint32_t p = rays_.point[i];
+      rays_.medium[i] = points_.media[p].towards(rays_.rays[i].direction, points_.normal[p]);
+    }
+  }
+
+  /// Takes ray i through media and interfaces. Returns false if nothing comes from behind.
+  bool cross_media(std::size_t i) {
+    PathState path = rays_.path(i);
+    Sampler sampler = sampler_of(i, kMediumStream + segments_);
+    // Rays to patches find the light of these alone.
+    std::vector<RGB>* const part = rays_.segment[i] == Segment::to_patch ? nullptr : &radiance_.indirect;
+    const bool goes_on =
+        walk_.cross(path, rays_.hits[i], RayOrder::incoherent, {part, points_.slot[rays_.point[i]], true}, sampler);
+    rays_.put(i, path);
+    return goes_on;
+  }
+
   void start_rays() {
     rays_.clear();
     segments_ = 0;
@@ -83,6 +109,7 @@ class ChunkGatherer {
     std::vector<std::uint32_t> targets;
     create_patch_rays(scene_, *settings_.bright, points_, order,
                       {settings_.rays, settings_.patch_samples, settings_.seed}, rays_, targets);
+    enter_media();
     if (!rays_.rays.empty()) trace([&](std::size_t i) { return meets(i, targets[i]); });
     while (!rays_.rays.empty()) trace([](std::size_t) { return true; });
   }
@@ -109,9 +136,8 @@ class ChunkGatherer {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
       fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
+      if (crosses_media_ && !cross_media(i)) continue;
       if (!counts(i)) continue;
-      if (absorbs_ && rays_.hits[i].triangle != kNone)
-        rays_.weight[i] *= transmittance(scene_, rays_.medium[i], rays_.rays[i], rays_.hits[i]);
       if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;
       if (advance(i)) rays_.move(i, kept++);
     }
@@ -252,11 +278,11 @@ class ChunkGatherer {
     Sampler sampler = sampler_of(i, kGatherAgainStream + segments_);
     const Vec2 u_light = sampler.next2();
     const LightSample sample = sample_light(scene_, vertex, u_light, sampler.next1());
-    const UnoccludedLight light = reflected_light(scene_, sample, vertex, kBroad, kBroad);
+    const UnoccludedLight light = reflected_light(sample, vertex, kBroad, kBroad);
     if (!settings_.photons_alone && !is_black(light.radiance)) {
-      ++shadow_rays;
+      ++shadow_rays_;
       radiance_.add(radiance_.indirect, points_.slot[p],
-                    path.throughput * light.radiance * tracer_.transmittance(light.shadow_ray), light.source);
+                    path.throughput * light.radiance * passed_share(tracer_, light), light.source);
     }
     if (caustic_queries_) add_query(*caustic_queries_, vertex, path.throughput, points_.slot[p]);
     const float u_lobe = sampler.next1();
@@ -316,7 +342,7 @@ class ChunkGatherer {
   /// Sends ray i on from a vertex. Returns whether it has anywhere to go.
   bool leave_for(std::size_t i, PathState& path, const Vertex& vertex, const ScatteredRay& s, Segment next) {
     rays_.segment[i] = s.straight ? behind_pane(rays_.segment[i]) : next;
-    return leave(scene_, path, vertex, s, s.weight);
+    return leave(path, vertex, s, s.weight);
   }
 
   const Tracer& tracer_;
@@ -329,13 +355,16 @@ class ChunkGatherer {
   QueryPoints& queries_;
   QueryPoints* caustic_queries_;  // null: there is no caustic map
   std::uint32_t segments_ = 0;    // of the paths under way, before those being traced
-  const bool absorbs_ = has_absorption(scene_);
+  MediumWalk walk_;
+  std::uint64_t shadow_rays_ = 0;
+  const bool crosses_media_ = crosses_media(scene_);
 };
 
 /// Working memory, reused for one chunk after another.
 struct ChunkMemory {
   GatherRays rays;
   QueryPoints queries, caustic_queries;
+  VolumeSegments segments;
 };
 
 }  // namespace
@@ -348,6 +377,7 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   const PhaseTimer timer(statistics, Phase::gather_rays);
   queries.clear();
   if (caustic_queries) caustic_queries->clear();
+  if (found.segments) found.segments->clear();
   if (first >= last || settings.rays == 0) return;
   queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   const std::size_t per_chunk = points_of_chunk(settings.rays);
@@ -355,16 +385,18 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   PartQueue<ChunkMemory> queue(chunks, [&](const ChunkMemory& chunk) {
     queries.append(chunk.queries);
     if (caustic_queries) caustic_queries->append(chunk.caustic_queries);
+    if (found.segments) found.segments->append(chunk.segments);
   });
   parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
     const std::size_t chunk = queue.take();
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);
     std::unique_ptr<ChunkMemory> memory = queue.borrow();
+    memory->segments.clear();
     ChunkGatherer gatherer(tracer, points, settings, radiance, memory->rays, memory->queries,
-                           caustic_queries ? &memory->caustic_queries : nullptr);
+                           caustic_queries ? &memory->caustic_queries : nullptr, memory->segments);
     gatherer.gather(begin, end);
     statistics.add(Counter::gather_rays, gatherer.rays_traced);
-    statistics.add(Counter::occlusion_rays, gatherer.shadow_rays);
+    statistics.add(Counter::occlusion_rays, gatherer.shadow_rays());
     queue.put(chunk, std::move(memory));
   });
 }

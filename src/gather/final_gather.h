@@ -8,6 +8,7 @@
 #include "gather/radius_grid.h"
 #include "points/gather_points.h"
 #include "points/query_points.h"
+#include "points/volume_segments.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -39,6 +40,7 @@ struct GatherQueries {
   /// Query points of the secondary gather, for the caustic map. Null: there is no caustic map, and such rays add lights
   /// that they reach through sharp bounces, which is rare and noisy.
   QueryPoints* caustic_queries = nullptr;
+  VolumeSegments* segments = nullptr;  ///< the ways of rays through media, by slot; null: no media
 };
 
 /// Gathers from points [first, last): traces their rays on all threads. Adds to `radiance.direct` the light of rays

@@ -33,7 +33,7 @@ struct GatherRays {
   std::vector<Segment> segment;
   std::vector<std::uint32_t> bounces;  ///< sharp bounces so far
   std::vector<float> chain;            ///< factor of these bounces on the weight; unset before the first
-  std::vector<PathMedium> medium;      ///< that the last bounce entered
+  std::vector<PathMedium> medium;      ///< that the last bounce entered; in scenes with media
   std::vector<Vec3> scattered_at;      ///< as PathState::scattered_at; unset before the first bounce
 
   std::size_t size() const { return rays.size(); }

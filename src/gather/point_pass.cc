@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "gather/cell_place.h"
+#include "transport/medium.h"
 #include "transport/vertex.h"
 
 namespace glowworm {
@@ -73,10 +74,12 @@ void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, st
       grid.surface.empty() ? 1.0f : std::ldexp(1.0f, static_cast<int>(grid.surface[cell] % kDepths));
 }
 
-void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
+void point_pass(const Tracer& tracer, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::camera_pass);
-  radiance.resize(tasks.slot_count());
+  const Scene& scene = tracer.scene();
+  const bool in_media = !scene.media().empty();
+  radiance.resize(tasks.slot_count(), in_media);
   first_hit.resize(tasks.slot_count(), false);
   std::fill(first_hit.depth.begin(), first_hit.depth.end(), std::numeric_limits<float>::infinity());
   points.clear();
@@ -88,8 +91,10 @@ void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, Sl
     SurfacePoint point = white_point(scene, grid, cell);
     point.position = place_in_cell(grid, cell, sample);
     mark_point(grid, cell, first_hit, slot);
-    add_gather_point(points, {point, point.geometric_normal, white_bsdf()}, RGB(kPi), static_cast<std::uint32_t>(slot),
-                     grid.sequence(cell, sample), grid.place_in_sequence(sample));
+    Vertex vertex{point, point.geometric_normal, white_bsdf()};
+    if (in_media) vertex.media.front = medium_at_start(tracer, point.position, point.geometric_normal);
+    add_gather_point(points, vertex, RGB(kPi), static_cast<std::uint32_t>(slot), grid.sequence(cell, sample),
+                     grid.place_in_sequence(sample), in_media);
   };
   for (const CameraTask& task : tasks)
     for (std::uint32_t s = 0; s < task.sample_count; ++s)

@@ -69,7 +69,7 @@ Bsdf white_bsdf();
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot);
 
 /// Makes the gather points of tasks over the grid, in place of the camera pass. Resizes `radiance` and `first_hit`.
-void point_pass(const Scene& scene, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
+void point_pass(const Tracer& tracer, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
 
 }  // namespace glowworm

@@ -43,7 +43,6 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   map.translation = narrow(origin - Vec3d(d.origin));
   transform_mesh(d.geometry, map);
   for (Material& material : d.materials) {
-    material.absorption *= 1 / scale;
     material.bump.value *= scale;
   }
   for (Medium& medium : d.media) {

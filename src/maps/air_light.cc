@@ -9,6 +9,7 @@
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
+#include "transport/medium.h"
 
 namespace glowworm {
 
@@ -146,7 +147,7 @@ class Lookup {
     for (std::size_t n = 0; n < near.size(); ++n) {
       if (hidden[n]) continue;
       const PhotonSegment& segment = light_.segments[near[n].segment];
-      const RGB left = transmittance(segment.absorption, RGB(0.0f), near[n].distance);
+      const RGB left = transmittance(segment.absorption, near[n].distance);
       radiance.add(part, point.slot, segment.flux * left * (weight(near[n].radius_squared / squared) * factor),
                    segment.light);
     }

@@ -16,24 +16,6 @@ namespace {
 /// Memory of a photon in addition to its batch: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 
-template <typename Factor>
-LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
-  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
-  return flux;
-}
-
-/// A sign for each channel.
-std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed) {
-  const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
-  std::vector<RGB> signs(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t bits = hash_combine(key, static_cast<std::uint32_t>(i));
-    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
-    signs[i] = {sign(0), sign(1), sign(2)};
-  }
-  return signs;
-}
-
 std::unique_ptr<DensityEngine> engine_of(const IndexInputs& inputs) {
   return make_engine(inputs.engine, {.reorder = inputs.reorder});
 }
@@ -69,6 +51,17 @@ IndexInputs without_signs(IndexInputs inputs) {
 }
 
 }  // namespace
+
+std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed) {
+  const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
+  std::vector<RGB> signs(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t bits = hash_combine(key, static_cast<std::uint32_t>(i));
+    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
+    signs[i] = {sign(0), sign(1), sign(2)};
+  }
+  return signs;
+}
 
 std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)

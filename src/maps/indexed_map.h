@@ -166,6 +166,14 @@ class IndexedMap {
   Memo<IndexInputs, std::unique_ptr<DensityEngine>> narrow_;  // never with signs
 };
 
+template <typename Factor>
+LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
+  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
+  return flux;
+}
+/// A sign for each channel of so many photons.
+std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed);
+
 /// Radii times a factor.
 std::vector<float> scaled(std::vector<float> radii, float factor);
 

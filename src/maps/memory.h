@@ -12,12 +12,14 @@ namespace glowworm {
 /// @param places       whether the triangles of first hits are kept
 /// @param fine         whether there are surface samples
 inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false, bool fine = false) {
-  return 3 * bytes_each<GatherPoints>() + (4 + light_groups) * sizeof(RGB) + 28 +
+  return 3 * bytes_each<GatherPoints>() + (5 + light_groups) * sizeof(RGB) + 28 +
          static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
          (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (fine ? 2 * sizeof(RGB) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;
+/// Bytes of a segment in a medium: itself, twice while they are joined, its radiance, and an index's order of it.
+inline constexpr std::uint64_t kBytesPerSegment = 2 * 88 + 64;
 /// Bytes of a photon while photons are traced and sorted.
 inline constexpr std::uint64_t kBytesPerPhoton = 200;
 /// Bytes of a thread for its rays.

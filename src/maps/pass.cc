@@ -39,7 +39,7 @@ class PassRenderer {
     if (settings_.light_groups) name_groups(*settings_.light_groups, out_.radiance);
     GatherPoints& points = memory_.points;
     if (view_.points) {
-      point_pass(tracer_.scene(), *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
+      point_pass(tracer_, *view_.points, tasks, out_.radiance, out_.first_hit, points, statistics_);
       if (settings_.kind == PassKind::photons && is_apart())
         add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.indirect, statistics_);
       else if (settings_.kind == PassKind::photons)
@@ -54,15 +54,19 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     camera_settings.fine = settings_.fine;
+    camera_settings.photons_alone = settings_.photons_alone;
+    if (in_media()) camera_settings.segments = &memory_.segments;
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
                           memory_.queries, statistics_);
+      look_up_media(memory_.segments, out_.radiance.medium);
       look_up_global(memory_.queries);
       if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries);
       return;
     }
     camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
     if (settings_.kind == PassKind::gather) {
+      look_up_media(memory_.segments, out_.radiance.medium);
       if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries = gather_points_as_queries(points));
       gather_light(points);
     }
@@ -80,6 +84,24 @@ class PassRenderer {
   void look_up_caustic(const QueryPoints& queries, std::vector<RGB>& target) {
     look_up(
         queries, maps_.caustic_engines(), maps_.narrow_caustic(), [](bool) {}, target);
+  }
+
+  bool in_media() const { return !tracer_.scene().media().empty(); }
+
+  /// Adds the light that photons in media bring to segments.
+  void look_up_media(const VolumeSegments& segments, std::vector<RGB>& target) {
+    if (segments.size() == 0) return;
+    for (std::size_t group = 0; group < maps_.in_media().group_count(); ++group) {
+      memory_.found.assign(segments.size(), RGB());
+      maps_.in_media().estimate(group, segments, memory_.found, statistics_);
+      const PhaseTimer timer(statistics_, Phase::completion);
+      for (std::size_t i = 0; i < segments.size(); ++i) {
+        const RGB light = segments.weight[i] * memory_.found[i];
+        target[segments.target[i]] += light;
+        if (settings_.light_groups) out_.radiance.groups[group][segments.target[i]] += light;
+      }
+    }
+    memory_.segments.clear();
   }
 
   /// @param correct is called after each lookup: (whether it was one of `narrow`)
@@ -160,14 +182,17 @@ class PassRenderer {
     const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
     const bool caustics = settings_.secondary_gather && settings_.indirect && !maps_.caustic_engines().empty();
     // The secondary gather looks up both maps.
-    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1);
+    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1) + (in_media() ? kBytesPerSegment : 0);
     const auto queries_at_once =
         static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
     const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);
     const auto trace = [&](std::size_t first) {
       check_cancelled();
-      final_gather(tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
-                   {memory_.queries, caustics ? &memory_.secondary_queries : nullptr}, statistics_);
+      final_gather(
+          tracer_, points, first, std::min(first + step, points.size()), gather, out_.radiance,
+          {memory_.queries, caustics ? &memory_.secondary_queries : nullptr, in_media() ? &memory_.segments : nullptr},
+          statistics_);
+      look_up_media(memory_.segments, out_.radiance.indirect);
       if (caustics) look_up_caustic(memory_.secondary_queries, out_.radiance.indirect);
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
@@ -258,6 +283,7 @@ void name_groups(const LightGroups& groups, SlotRadiance& radiance) {
 void PassMemory::clear() {
   points = GatherPoints();
   queries = secondary_queries = QueryPoints();
+  segments = VolumeSegments();
   found = LargeVector<RGB>();
   reservation.reset();
 }
@@ -266,7 +292,8 @@ void PassMemory::keep(MemoryBudget& budget) {
   const std::uint64_t bytes =
       points.slot.capacity() * bytes_each<GatherPoints>() + queries.position.capacity() * bytes_each<QueryPoints>() +
       queries.bsdfs.capacity() * sizeof(QueryBsdf) + secondary_queries.position.capacity() * bytes_each<QueryPoints>() +
-      secondary_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB);
+      secondary_queries.bsdfs.capacity() * sizeof(QueryBsdf) + found.capacity() * sizeof(RGB) +
+      segments.origin.capacity() * bytes_each<VolumeSegments>();
   reservation.reset();
   if (bytes > budget.available() / 2)
     clear();

@@ -57,6 +57,7 @@ struct PassMemory {
   GatherPoints points;
   QueryPoints queries;
   QueryPoints secondary_queries;       ///< of the secondary gather, for the caustic map
+  VolumeSegments segments;             ///< of rays in media
   LargeVector<RGB> found;              ///< radiance of the query points
   std::uint64_t most_query_bytes = 0;  ///< peak size of query points
   DiskTraffic disk;                    ///< of query points

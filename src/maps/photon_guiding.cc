@@ -90,7 +90,7 @@ GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadi
   GatherPoints points;
   Statistics statistics;
   FirstHit first_hit;
-  point_pass(tracer.scene(), pilot, task, radiance, first_hit, points, statistics);
+  point_pass(tracer, pilot, task, radiance, first_hit, points, statistics);
   return points;
 }
 

@@ -78,6 +78,8 @@ void PhotonMaps::forget() {
   caustic_paths_ = 0;
   for (IndexedMap* map : {&global_, &caustic_}) map->clear();
   for (auto* guide : {&surface_guide_, &air_guide_}) guide->clear();
+  media_photons_.clear();
+  in_media_.clear();
   radius_grid_.clear();
   patches_.clear();
   diagnosis_.clear();
@@ -118,7 +120,7 @@ IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
 
 bool PhotonMaps::is_done() const {
   const IndexInputs global = inputs_of(global_);
-  return global_.is_up_to_date(global, settings_.narrow) &&
+  return global_.is_up_to_date(global, settings_.narrow) && in_media_.is_made_of(global) &&
          (caustic_.count() == 0 || caustic_.is_up_to_date(inputs_of(caustic_), settings_.narrow)) &&
          caustic_paths_ >= wanted_caustic_paths() && (radius_grid_.is_made_of(global) || !finds_radii()) &&
          (patches_.is_made_of(global) || !settings_.patches) && (diagnosis_.is_made_of(global) || !settings_.diagnosed);
@@ -136,6 +138,7 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
   const MapWork work{tracer, settings_.shared, statistics};
   bring_up_global(work);
   bring_up_caustic(work);
+  bring_up_media(work);
   hold_result();
 }
 
@@ -158,6 +161,8 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_paths_ = 0;
   global_.clear();
   caustic_.clear();
+  media_photons_.clear();
+  in_media_.clear();
   // What was found with these photons before stays: radii by place and bright patches, which signs would spoil.
   const IndexInputs inputs = inputs_of(global_);
   radius_grid_.keep_if(inputs);
@@ -190,6 +195,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
     photons->batch = photons->batch.moved(places);
     if (!photons->sources.empty()) photons->sources = moved(photons->sources, places);
   }
+  media_photons_.update(inputs, [&] { return MediaPhotons{std::move(pass_.in_media), std::move(pass_.beams)}; });
   first_caustic_ = caustic.batch.size();
   bounds_ = global.batch.bounds();
   global_.set_photons(inputs, std::move(global));
@@ -262,6 +268,16 @@ void PhotonMaps::bring_up_caustic(const MapWork& work) {
   if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(work.tracer, work.statistics);
   caustic_.update(inputs_of(caustic_), settings_.narrow, work);
   if (!settings_.kept) caustic_.drop_photons();
+}
+
+void PhotonMaps::bring_up_media(const MapWork& work) {
+  const IndexInputs inputs = inputs_of(global_);
+  in_media_.update(inputs, [&] {
+    return work.tracer.scene().media().empty()
+               ? VolumeMaps()
+               : VolumeMaps(work.tracer.scene(), *media_photons_, inputs, work.statistics);
+  });
+  if (!settings_.kept) media_photons_.clear();
 }
 
 /// Photons in an estimate from the caustic map.
@@ -358,6 +374,8 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 void PhotonMaps::hold_result() {
   std::uint64_t bytes = global_.bytes() + caustic_.bytes() + air_.segments.size() * sizeof(PhotonSegment);
   bytes += engines().front()->index_bytes(global_.count() + caustic_.count());
+  bytes += in_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
+           media_photons_->beams.size() * bytes_each<VolumeBeams>();
   if (diagnosis()) bytes += diagnosis()->index_bytes(global_.count());
   if (!settings_.kept) return_free_memory();
   reservation_.reset();

@@ -15,6 +15,7 @@
 #include "gather/radius_grid.h"
 #include "maps/air_light.h"
 #include "maps/indexed_map.h"
+#include "maps/volume_maps.h"
 #include "photon/photon_tracer.h"
 
 namespace glowworm {
@@ -95,6 +96,8 @@ class PhotonMaps {
   const Engines& engines() const { return global_.engines(); }
   /// The same over the caustic map; empty if there are no caustics.
   const Engines& caustic_engines() const { return caustic_.engines(); }
+  /// Maps of the photons in media, in groups as engines(); without groups where the scene has no media.
+  const VolumeMaps& in_media() const { return *in_media_; }
   /// Photons that pass PhotonMapSettings::in_air.
   const AirLight& air() const { return air_; }
   /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
@@ -131,6 +134,7 @@ class PhotonMaps {
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
   void bring_up_global(const MapWork& work);
   void bring_up_caustic(const MapWork& work);
+  void bring_up_media(const MapWork& work);
   std::uint64_t wanted_caustic_paths() const;
   std::uint32_t caustic_nearest() const;
   void add_caustic_photons(const Tracer& tracer, Statistics& statistics);
@@ -145,6 +149,8 @@ class PhotonMaps {
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   IndexedMap global_{"global"}, caustic_{"caustic"};
+  Memo<PhotonInputs, MediaPhotons> media_photons_;
+  Memo<IndexInputs, VolumeMaps> in_media_;
   float common_radius_ = 0;  // of the global map
   AirLight air_;
   Memo<PhotonSource, std::shared_ptr<const EmissionGuide>> surface_guide_, air_guide_;  // of trace_chosen()

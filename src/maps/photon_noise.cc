@@ -23,6 +23,7 @@ constexpr std::size_t kPixelsEach = static_cast<std::size_t>(CameraTask::kSquare
 std::vector<RGB> light_of(const SlotRadiance& light, bool with_direct, bool with_caustic) {
   std::vector<RGB> out = {light.indirect.begin(), light.indirect.end()};
   for (std::size_t slot = 0; slot < out.size(); ++slot) {
+    if (!light.medium.empty()) out[slot] += light.medium[slot];
     if (with_caustic) out[slot] += light.caustic[slot];
     if (with_direct) out[slot] += light.emitted[slot] + light.direct[slot];
   }

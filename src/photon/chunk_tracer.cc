@@ -7,8 +7,10 @@
 #include <limits>
 #include <utility>
 
+#include "bsdf/phase.h"
 #include "core/random.h"
 #include "kernels/sobol.h"
+#include "photon/beams.h"
 #include "photon/diffuse_hits.h"
 #include "photon/emission_block.h"
 #include "photon/light_paths.h"
@@ -49,10 +51,11 @@ Ray photon_ray(Vec3 origin, Vec3 direction, float time) {
 
 class ChunkTracers::ChunkTracer {
  public:
-  explicit ChunkTracer(const PhotonChunkSettings& settings)
+  ChunkTracer(const PhotonChunkSettings& settings, const StartMedia& media)
       : scene_(settings.tracer->scene()),
         settings_(settings),
         pass_(*settings.pass),
+        media_(media),
         block_(settings.pass->on_all_surfaces) {}
 
   void trace(std::uint64_t first_path, std::size_t count, PhotonChunk& chunk) {
@@ -61,6 +64,8 @@ class ChunkTracers::ChunkTracer {
     chunk.balance = {};
     chunk.segments.clear();
     chunk.segment_path.clear();
+    chunk.in_media.clear();
+    chunk.beams.clear();
     chunk.numbers.clear();
     chunk.guide_weight.clear();
     chunk.make_room(kPhotonsEach * count);
@@ -68,8 +73,10 @@ class ChunkTracers::ChunkTracer {
     for (int bounce = 0; paths_.count > 0; ++bounce) {
       const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
       settings_.tracer->intersect(rays, {paths_.hits.data(), paths_.count}, RayOrder::incoherent);
-      if (pass_.discs) keep_segments();
-      if (absorbs_) absorb();
+      if (crosses_media_)
+        for (std::size_t i = 0; i < paths_.count; ++i) cross_media(i, first_path, bounce);
+      else if (pass_.discs)
+        for (std::size_t i = 0; i < paths_.count; ++i) keep_segment(i, paths_.rays[i], length_to(paths_.hits[i]), {});
       draw_bounce(first_path, bounce);
       std::size_t kept = 0;
       for (std::size_t first = 0; first < rays.size(); first += DiffuseHits::kBlock)
@@ -79,44 +86,96 @@ class ChunkTracers::ChunkTracer {
   }
 
  private:
-  /// Notes those straight parts of paths that cross discs of the pass.
-  void keep_segments() {
-    for (std::size_t i = 0; i < paths_.count; ++i) {
-      if (!leaves(pass_.choice, paths_.bounces[i])) continue;
-      const Ray& ray = paths_.rays[i];
-      const Hit& hit = paths_.hits[i];
-      const bool ends = hit.triangle != kNone;
-      PhotonSegment segment{ray.origin,    ends ? hit.distance : std::numeric_limits<float>::infinity(),
-                            ray.direction, paths_.light[i],
-                            flux(i),       absorbs_ ? paths_.medium[i].absorption : RGB(0.0f)};
-      bool crosses = false;
-      pass_.discs->for_crossed(segment.origin, segment.direction, segment.length, [&](const DiscCrossing&) {
-        crosses = true;
-        return false;
-      });
-      if (!crosses) continue;
-      if (absorbs_ && ends) {
-        // As transmittance() has it.
-        const RGB behind = absorption(scene_, hit.triangle, -ray.direction);
-        for (int c = 0; c < 3; ++c) segment.absorption[c] = std::max(segment.absorption[c], behind[c]);
-      }
-      result_->segments.push_back(segment);
-      if (settings_.pilot) result_->segment_path.push_back(paths_.number[i]);
-    }
+  /// Notes a straight part of path i if it crosses discs of the pass.
+  void keep_segment(std::size_t i, const Ray& ray, float length, RGB absorption) {
+    if (!pass_.discs || !leaves(pass_.choice, paths_.bounces[i])) return;
+    bool crosses = false;
+    pass_.discs->for_crossed(ray.origin, ray.direction, length, [&](const DiscCrossing&) {
+      crosses = true;
+      return false;
+    });
+    if (!crosses) return;
+    result_->segments.push_back({ray.origin, length, ray.direction, paths_.light[i], flux(i), absorption});
+    if (settings_.pilot) result_->segment_path.push_back(paths_.number[i]);
   }
 
-  /// Takes off what volumes absorb of the paths on their way to their hits.
-  void absorb() {
-    for (std::size_t i = 0; i < paths_.count; ++i) {
-      const Hit& hit = paths_.hits[i];
-      if (hit.triangle == kNone) continue;
-      const RGB left = transmittance(scene_, paths_.medium[i], paths_.rays[i], hit);
-      for (int c = 0; c < 3; ++c) {
-        const float before = paths_.flux[c][i];
-        paths_.flux[c][i] *= left[c];
-        result_->balance.arrived[c] += static_cast<double>(before - paths_.flux[c][i]);
-      }
+  /// Takes path i through media to the next surface, or out of the scene, however often it scatters on its way.
+  void cross_media(std::size_t i, std::uint64_t first_path, int bounce) {
+    Sampler sampler(SamplerKind::sobol, pass_.seed,
+                    hash_combine(hash_combine(kMediumStream, pass_.pass), static_cast<std::uint32_t>(bounce)),
+                    static_cast<std::uint32_t>(first_path + paths_.number[i]));
+    PathState path;
+    path.ray = paths_.rays[i];
+    path.medium = paths_.medium[i];
+    Hit hit = paths_.hits[i];
+    for (;;) {
+      MediumSample sample;
+      const bool arrives =
+          travel(*settings_.tracer, path, hit, RayOrder::incoherent, [&](const Medium* medium, float length) {
+            sample = cross(i, medium, path, length, sampler);
+            return !sample.scatters;
+          });
+      if (arrives || !scatter_in_medium(i, path, sample.distance, bounce, sampler)) break;
+      hit = settings_.tracer->intersect(path.ray);
     }
+    if (is_black(flux(i))) hit.triangle = kNone;
+    paths_.rays[i] = path.ray;
+    paths_.medium[i] = path.medium;
+    paths_.hits[i] = hit;
+  }
+
+  /// Takes path i along a piece of its way, and keeps it as beams and a photon.
+  MediumSample cross(std::size_t i, const Medium* medium, const PathState& path, float length, Sampler& sampler) {
+    if (!medium) {
+      keep_segment(i, path.ray, length, {});
+      return {};
+    }
+    const RGB before = flux(i);
+    before_medium_ = max_component(before);
+    const MediumSample sample = sample_medium(*medium, path.ray, length, before, sampler.next2());
+    keep_segment(i, path.ray, sample.scatters ? sample.distance : length,
+                 is_black(medium->sigma_s) ? medium->sigma_a : RGB(0.0f));
+    const bool is_stored = pass_.choice == PhotonChoice::all && paths_.bounces[i] != first_bounces(paths_.light[i]) &&
+                           !is_black(medium->sigma_s);
+    if (is_stored) {
+      const MediumSpan span =
+          span_in(*medium, path.ray.origin, path.ray.direction, 0, sample.scatters ? sample.distance : length);
+      add_beams(*medium, path, span, before, paths_.light[i], result_->beams);
+    }
+    const RGB after = before * sample.weight;
+    if (is_stored && sample.scatters && !is_black(after))
+      result_->in_media.push_back(path.ray.origin + path.ray.direction * sample.distance, path.ray.direction, after,
+                                  path.medium.index, paths_.light[i]);
+    // What scatters has arrived, with all of its flux.
+    for (int c = 0; c < 3; ++c)
+      result_->balance.arrived[c] += static_cast<double>(sample.scatters ? before[c] : before[c] - after[c]);
+    put_flux(i, after);
+    return sample;
+  }
+
+  /// Sends path i on from a place in a medium. Returns false if it ends there.
+  bool scatter_in_medium(std::size_t i, PathState& path, float distance, int bounce, Sampler& sampler) {
+    const int bounces = bounce + ++paths_.scatterings[i];
+    RGB scattered = flux(i);
+    put_flux(i, RGB(0.0f));
+    paths_.bounces[i] = with_bounce(paths_.bounces[i], 0);
+    if (is_black(scattered) || !may_leave(pass_.choice, paths_.bounces[i])) return false;
+    const float kept = max_component(scattered) / std::max(before_medium_, 1e-30f);
+    const float probability = roulette(kept, kLeastOfPhotons, bounces, [&] { return sampler.next1(); });
+    if (!(probability > 0)) return false;
+    scattered *= 1 / probability;
+    for (int c = 0; c < 3; ++c) result_->balance.scattered[c] += static_cast<double>(scattered[c]);
+    if (bounces >= pass_.max_bounces) {
+      for (int c = 0; c < 3; ++c) result_->balance.cut[c] += static_cast<double>(scattered[c]);
+      return false;
+    }
+    put_flux(i, scattered);
+    const Medium& medium = scene_.media()[path.medium.index];
+    const Vec3 position = path.ray.origin + path.ray.direction * distance;
+    path.medium.named = true;
+    path.ray =
+        photon_ray(position, sample_henyey_greenstein(-path.ray.direction, medium.g, sampler.next2()), path.ray.time);
+    return true;
   }
 
   /// Pair `dimension` of the random numbers of paths index_[0..count).
@@ -159,13 +218,20 @@ class ChunkTracers::ChunkTracer {
       for (int c = 0; c < 3; ++c) paths_.flux[c][at] = flux[c];
       paths_.number[at] = static_cast<std::uint32_t>(first + i);
       paths_.light[at] = emission_.light(i);
-      paths_.bounces[at] = is_delta(emission_.light(i)) ? kNoneBroad | kFromDelta : kNoneBroad;
-      paths_.medium[at] = {};
+      paths_.bounces[at] = first_bounces(emission_.light(i));
+      if (crosses_media_) {
+        paths_.medium[at] = media_.of(scene_, emission_.light(i), emission_.direction(i));
+        paths_.scatterings[at] = 0;
+      }
       at += !is_black(flux) && may_leave(pass_.choice, paths_.bounces[at]);
     }
     paths_.count = at;
   }
 
+  /// The bits of paths without a bounce.
+  std::uint8_t first_bounces(std::uint32_t light) const {
+    return is_delta(light) ? kNoneBroad | kFromDelta : kNoneBroad;
+  }
   /// Whether a light source has no size.
   bool is_delta(std::uint32_t source) const {
     const std::size_t first = scene_.emissive_triangles().size();
@@ -206,6 +272,9 @@ class ChunkTracers::ChunkTracer {
   }
 
   RGB flux(std::size_t path) const { return {paths_.flux[0][path], paths_.flux[1][path], paths_.flux[2][path]}; }
+  void put_flux(std::size_t path, RGB flux) {
+    for (int c = 0; c < 3; ++c) paths_.flux[c][path] = flux[c];
+  }
 
   /// Scatters one path, number i of its block, with any BSDF; returns the bits of its bounce.
   std::uint8_t scatter_other(std::size_t path, std::size_t i) {
@@ -348,22 +417,25 @@ class ChunkTracers::ChunkTracer {
       number[kept] = number[first + i];
       light[kept] = light[first + i];
       bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
-      if (absorbs_) keep_medium(first + i, i, kept);
+      if (crosses_media_) keep_medium(first + i, i, kept);
       const bool may_store = may_leave(pass_.choice, bounces[kept]);
       kept += (block_.outcome(i) / kPathGoesOn) & std::uint32_t{may_store};
     }
     return kept;
   }
 
-  /// Notes the volume that path number i of its block goes on in.
+  /// Notes the medium that path number i of its block goes on in.
   void keep_medium(std::size_t path, std::size_t i, std::size_t kept) {
     const std::uint32_t triangle = paths_.hits[path].triangle;
-    paths_.medium[kept] = {triangle == kNone ? RGB(0.0f) : absorption(scene_, triangle, block_.direction(i))};
+    paths_.scatterings[kept] = paths_.scatterings[path];
+    if (triangle != kNone)
+      paths_.medium[kept] = medium_behind(scene_, paths_.medium[path], triangle, block_.direction(i));
   }
 
   const Scene& scene_;
   const PhotonChunkSettings& settings_;
   const PhotonPassSettings& pass_;
+  const StartMedia& media_;
   LightPaths paths_;
   std::vector<std::uint32_t> index_ =
       std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass
@@ -372,7 +444,8 @@ class ChunkTracers::ChunkTracer {
   DiffuseHits block_;
   std::array<std::uint8_t, DiffuseHits::kBlock> bounce_ = {};  // the bits of each path's bounce
   PhotonChunk* result_ = nullptr;
-  const bool absorbs_ = has_absorption(scene_);
+  const bool crosses_media_ = crosses_media(scene_);
+  float before_medium_ = 0;  // largest flux of a path before its piece in a medium
 };
 
 float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic) {
@@ -381,7 +454,7 @@ float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, boo
   return gathered + (caustic ? pass.demand->seen.value(position, normal) : 0.0f);
 }
 
-ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings) {}
+ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings), media_(*settings.tracer) {}
 ChunkTracers::~ChunkTracers() = default;
 
 void ChunkTracers::trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) {
@@ -393,7 +466,7 @@ void ChunkTracers::trace(std::uint64_t first, std::size_t count, PhotonChunk& ch
       idle_.pop_back();
     }
   }
-  if (!tracer) tracer = std::make_unique<ChunkTracer>(settings_);
+  if (!tracer) tracer = std::make_unique<ChunkTracer>(settings_, media_);
   tracer->trace(first, count, chunk);
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(tracer));

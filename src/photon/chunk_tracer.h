@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "photon/photon_chunk.h"
+#include "photon/start_media.h"
 
 namespace glowworm {
 
@@ -37,6 +38,7 @@ class ChunkTracers {
   class ChunkTracer;
 
   const PhotonChunkSettings settings_;
+  const StartMedia media_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays are reused by the next chunk
 };

@@ -46,6 +46,7 @@ struct LightPaths {
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
   std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);       // that the last bounce led into
+  std::vector<int> scatterings = std::vector<int>(kPathsPerChunk);                // in media
   std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };
 

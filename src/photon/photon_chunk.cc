@@ -37,6 +37,10 @@ void PhotonChunk::write(ByteWriter& out) const {
   for (const auto* array : {&caustic, &used}) put(*array);
   out.put<std::uint64_t>(segments.size());
   out.put_array(segments);
+  for_volume([&out](const auto& batch) {
+    out.put<std::uint64_t>(batch.size());
+    batch.for_arrays([&out](const auto& array) { out.put_array(std::span(array.data(), array.size())); }, batch);
+  });
   out.put(balance);
   out.put<std::uint64_t>(emitted_light.size());
   out.put_array(emitted_light);
@@ -54,6 +58,12 @@ void PhotonChunk::read(ByteReader& in, const Scene& scene) {
   take(light);
   for (auto* array : {&caustic, &used}) take(*array);
   in.take_array(segments, in.take<std::uint64_t>());
+  for_volume([&in](auto& batch) {
+    const std::size_t size = in.take<std::uint64_t>();
+    require(size <= in.left() / sizeof(Vec3));
+    batch.resize(size);
+    batch.for_arrays([&in](auto& array) { in.take_to(std::span(array.data(), array.size())); }, batch);
+  });
   balance = in.take<FluxBalance>();
   in.take_array(emitted_light, in.take<std::uint64_t>());
   require(is_possible(scene));
@@ -77,6 +87,18 @@ bool PhotonChunk::is_possible(const Scene& scene) const {
                           segment.light < lights;
     if (!possible) return false;
   }
+  const auto are_possible = [&](const auto& batch, const auto& places) {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const bool possible = std::isfinite(dot(places[i], places[i])) && is_unit(batch.direction[i]) &&
+                            is_finite(batch.flux[i]) && batch.medium[i] < scene.media().size() &&
+                            batch.source[i] < lights;
+      if (!possible) return false;
+    }
+    return true;
+  };
+  if (!are_possible(in_media, in_media.position) || !are_possible(beams, beams.origin)) return false;
+  for (const float length : beams.length)
+    if (!(length >= 0) || !std::isfinite(length)) return false;
   const auto is_source = [&](std::uint32_t source) { return source == kNone || source < lights; };
   return emitted_light.size() <= kPathsPerChunk && std::all_of(emitted_light.begin(), emitted_light.end(), is_source);
 }

@@ -22,6 +22,8 @@ struct PhotonChunk {
   LargeArray<std::uint8_t> used;            ///< whether the image needs the place; only with a PhotonDemand
   std::vector<PhotonSegment> segments;      ///< as in PhotonPass::segments, with flux as emitted
   std::vector<std::uint32_t> segment_path;  ///< index of the path in the chunk; only in pilot passes
+  VolumePhotons in_media;                   ///< as in PhotonPass, with flux as emitted
+  VolumeBeams beams;
   FluxBalance balance;
   std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone if there is no light
   std::vector<EmissionNumbers> numbers;      ///< emission numbers of each path; only in pilot passes
@@ -35,6 +37,17 @@ struct PhotonChunk {
   void read(ByteReader& in, const Scene& scene);
 
  private:
+  /// Calls work(batch) for both batches of photons in media.
+  template <class Work>
+  void for_volume(Work&& work) {
+    work(in_media);
+    work(beams);
+  }
+  template <class Work>
+  void for_volume(Work&& work) const {
+    work(in_media);
+    work(beams);
+  }
   bool is_possible(const Scene& scene) const;
 };
 

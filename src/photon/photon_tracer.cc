@@ -63,7 +63,10 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
     append(pass.global.normal, chunk.normal);
   }
   pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
-  pass.stored += chunk.count + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
+  pass.in_media.append(chunk.in_media);
+  pass.beams.append(chunk.beams);
+  pass.stored +=
+      chunk.count + chunk.in_media.size() + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 
@@ -114,7 +117,7 @@ void trace_waves(const Tracer& tracer, const PhotonPassSettings& settings, Photo
   // other threads append, and this one may place arrays on disk.
   if (settings.choice == PhotonChoice::all)
     pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
-  ChunkTracers tracers({&tracer, &settings, false});
+  ChunkTracers tracers({&tracer, &settings});
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   // The first paths, of which each may store so many photons; but the first chunk tells whether they store far more.
   constexpr std::uint64_t kPhotonsAPath = 8;
@@ -145,6 +148,8 @@ void scale(PhotonPass& pass, std::uint64_t emitted) {
   parallel_for_each(pass.global.size(), kScaledAtOnce, [&](std::size_t i) { pass.global.flux[i] *= factor; });
   for (RGB& flux : pass.caustic.flux) flux *= factor;
   for (PhotonSegment& segment : pass.segments) segment.flux *= factor;
+  for (RGB& flux : pass.in_media.flux) flux *= factor;
+  for (RGB& flux : pass.beams.flux) flux *= factor;
   const double exact = 1.0 / static_cast<double>(emitted);
   FluxBalance& b = pass.balance;
   for (auto* sum : {&b.emitted, &b.arrived, &b.scattered, &b.escaped, &b.cut, &b.stored})

@@ -11,6 +11,7 @@
 #include "points/disc_tree.h"
 #include "points/photon_batch.h"
 #include "points/photon_segment.h"
+#include "points/volume_photons.h"
 #include "trace/tracer.h"
 #include "transport/roulette.h"
 
@@ -67,6 +68,9 @@ struct PhotonPass {
   PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
   PhotonBatch caustic;  ///< those with at least one bounce and only sharp ones; a passage of a pane does not count
   std::vector<PhotonSegment> segments;  ///< by PhotonPassSettings::discs
+  /// Photons in media, after one bounce or more: light samples bring light straight from lamps.
+  VolumePhotons in_media;
+  VolumeBeams beams;  ///< the same photons, on their way
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.
   std::vector<std::uint32_t> global_source, caustic_source;
   std::uint64_t emitted = 0,

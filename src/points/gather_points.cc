@@ -14,11 +14,12 @@ void GatherPoints::append(const GatherPoints& other) {
   for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
 }
 
-void SlotRadiance::resize(std::size_t slots) {
+void SlotRadiance::resize(std::size_t slots, bool media) {
   emitted.assign(slots, RGB());
   direct.assign(slots, RGB());
   indirect.assign(slots, RGB());
   caustic.assign(slots, RGB());
+  medium.assign(media ? slots : 0, RGB());
   for (auto& group : groups) group.assign(slots, RGB());
 }
 

@@ -12,6 +12,22 @@
 
 namespace glowworm {
 
+/// The medium around a path, as far as the path knows.
+struct PathMedium {
+  std::uint32_t index = ~0u;  ///< into Scene::media(); kNone: vacuum
+  bool named = false;         ///< by the place where the path is: the surface that it meets cannot know better
+  bool operator==(const PathMedium&) const = default;
+};
+
+/// The media on the two sides of a place of a surface.
+struct MediumSides {
+  PathMedium front;  ///< on the viewer's side
+  PathMedium back;
+
+  /// @param normal geometric, on the viewer's side
+  PathMedium towards(Vec3 direction, Vec3 normal) const { return dot(direction, normal) > 0 ? front : back; }
+};
+
 /// A rectangle of pixels, or of cells of a grid of points, and their samples in a task. A slot is one camera sample of
 /// one pixel: slot = (sample - first_sample) * pixels + pixel of the tile, row by row.
 struct CameraTask {
@@ -54,11 +70,12 @@ struct GatherPoints {
   LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
   LargeVector<Vec3> position;           ///< metres
   LargeVector<Vec3> normal;             ///< unit, geometric, on the viewer's side
-  LargeVector<float> offset;    ///< distance along the normal, or against it, at which leaving rays begin, metres
-  LargeVector<Frame> frame;     ///< shading frame
-  LargeVector<Vec3> wo;         ///< unit, world space, towards the viewer
-  LargeVector<Bsdf> bsdf;       ///< only its broad lobes are evaluated
-  LargeVector<RGB> throughput;  ///< of the camera path up to the point
+  LargeVector<float> offset;       ///< distance along the normal, or against it, at which leaving rays begin, metres
+  LargeVector<Frame> frame;        ///< shading frame
+  LargeVector<Vec3> wo;            ///< unit, world space, towards the viewer
+  LargeVector<Bsdf> bsdf;          ///< only its broad lobes are evaluated
+  LargeVector<RGB> throughput;     ///< of the camera path up to the point
+  LargeVector<MediumSides> media;  ///< around the point; empty in scenes without media
 
   std::size_t size() const { return slot.size(); }
   /// Calls work(array of each...) for each of the arrays.
@@ -74,6 +91,7 @@ struct GatherPoints {
     work(points.wo...);
     work(points.bsdf...);
     work(points.throughput...);
+    work(points.media...);
   }
   /// Reserves memory for n points.
   void reserve(std::size_t n);
@@ -88,13 +106,15 @@ struct SlotRadiance {
   std::vector<RGB> direct;        ///< one broad bounce (or a rough sharp one) between light and viewer
   std::vector<RGB> indirect;      ///< all that is gathered from surfaces
   std::vector<RGB> caustic;       ///< light through sharp bounces only
+  std::vector<RGB> medium;        ///< scattered or emitted by media between the viewer and the first broad bounce;
+                                  ///< empty in scenes without media
   std::vector<RGB> fine_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them
   /// Light of each group of light sources, all four parts together; empty without light groups.
   std::vector<std::vector<RGB>> groups;
   std::span<const std::uint32_t> group_of_source;  ///< index into `groups` of each light source
 
-  /// Sizes all parts, black, but `fine_emitted`, which it empties.
-  void resize(std::size_t slots);
+  /// Sizes all parts, black, but `fine_emitted`, which it empties. @param media whether the scene has some
+  void resize(std::size_t slots, bool media = false);
   /// Adds light of one source to a part, and to the source's group.
   void add(std::vector<RGB>& part, std::size_t slot, RGB light, std::uint32_t source) {
     part[slot] += light;

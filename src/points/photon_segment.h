@@ -13,7 +13,7 @@ struct PhotonSegment {
   Vec3 direction;           ///< unit, from the origin on
   std::uint32_t light = 0;  ///< source, counted as in Scene::light_power()
   RGB flux;                 ///< W, at the origin
-  RGB absorption;           ///< m^-1, of the volume around it
+  RGB absorption;           ///< m^-1, of a medium around it that does not scatter; else the photon ends by chance
 };
 
 }  // namespace glowworm

@@ -96,13 +96,6 @@ LightSample sample_from_environment(const Environment& environment, const Distri
   return out;
 }
 
-LightSample sample_source(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u) {
-  const std::size_t triangles = scene.emissive_triangles().size();
-  if (source < triangles) return sample_triangle(scene, scene.emissive_triangles()[source], position, u);
-  if (source < triangles + scene.lights().size()) return sample_delta(scene.lights()[source - triangles], position);
-  return sample_from_environment(*scene.environment(), scene.environment_distribution(), u);
-}
-
 EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   const Vec2 w = square_to_triangle(u_position);
@@ -183,6 +176,13 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 
 }  // namespace
 
+LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u) {
+  const std::size_t triangles = scene.emissive_triangles().size();
+  if (source < triangles) return sample_triangle(scene, scene.emissive_triangles()[source], position, u);
+  if (source < triangles + scene.lights().size()) return sample_delta(scene.lights()[source - triangles], position);
+  return sample_from_environment(*scene.environment(), scene.environment_distribution(), u);
+}
+
 RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const TexturePoint at = texture_point(scene.geometry(), triangle, barycentric);
   return evaluate(scene.textures(), emission_of(scene, triangle).radiance, at) * coverage(scene, triangle, at);
@@ -197,7 +197,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
   const Choice choice = lights.choose(u_light);
   if (!(choice.probability > 0)) return {};
   if (choice.probability > kMinStretchedProbability) u.x = choice.remapped;
-  LightSample out = sample_source(scene, choice.source, position, u);
+  LightSample out = sample_light_of(scene, choice.source, position, u);
   out.pdf *= choice.probability;
   out.source =
       choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, out.direction);

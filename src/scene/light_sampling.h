@@ -31,6 +31,10 @@ LightSample sample_light(const Scene& scene, Vec3 position, float u_light, Vec2 
 /// The same for one of many samples of a position.
 LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoint& lights, float u_light, Vec2 u);
 
+/// The same for one source, counted as in Scene::light_power(): its pdf leaves out the choice. The point of a lamp
+/// depends on `u` alone.
+LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u);
+
 /// The density per steradian with which sample_light() at `position` samples the direction to `on_light`, a point of an
 /// emissive triangle.
 float light_pdf(const Scene& scene, Vec3 position, const SurfacePoint& on_light);

@@ -38,7 +38,7 @@ Vec3 unit(Vec3 normal) {
 RGB light_of(const SlotRadiance& r, LightPart part, std::size_t i) {
   switch (part) {
     case LightPart::all:
-      return r.emitted[i] + r.direct[i] + r.indirect[i] + r.caustic[i];
+      return r.emitted[i] + r.direct[i] + r.indirect[i] + r.caustic[i] + (r.medium.empty() ? RGB() : r.medium[i]);
     case LightPart::direct:
       return r.direct[i];
     case LightPart::indirect:

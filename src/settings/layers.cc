@@ -17,6 +17,7 @@ constexpr LayerNeeds kLayerNeeds[] = {
     {"direct", 3},
     {"indirect", 3},
     {"caustic", 3},
+    {"medium", 3},
     {"albedo", 3},
     {"normal", 3},
     {"depth", 1},

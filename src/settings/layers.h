@@ -16,8 +16,9 @@ struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
   SlotValues values = {};  ///< of the photons there
   bool fine = false;       ///< emission and albedo by surface samples (gather/camera_pass.h)
+  bool medium = false;     ///< light of media, in scenes that have some
 
-  bool any() const { return of_triangles() || !values.empty() || fine; }
+  bool any() const { return of_triangles() || !values.empty() || fine || medium; }
   /// Whether FirstHit::triangle and barycentric are needed.
   bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;

@@ -25,8 +25,6 @@ namespace {
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Memory for each thread: a quarter holds its rays (kBytesPerThread).
 constexpr std::uint64_t kMemoryOfThread = 32'000'000;
-/// Each guide camera takes as long as the guide of a still.
-constexpr std::size_t kMostGuideCameras = 16;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
@@ -157,6 +155,7 @@ SampleRange RenderSettings::sample_range() const {
 PlaceLayers RenderSettings::place_layers() const {
   PlaceLayers out = places_for(aovs);
   out.fine = filters(*this) && !of_points;
+  out.medium = media && separate_layers;
   return out;
 }
 
@@ -167,13 +166,6 @@ void check_part(const RenderSettings& asked) {
                 "Give --samples in place of --noise.");
   if (asked.time_limit_s > 0 && asked.samples == 0)
     throw Error("--part with --time needs --samples", "All parts must agree on the number of samples.");
-}
-
-std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
-  const std::size_t count = std::min(names.size(), kMostGuideCameras);
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < count; ++i) out.push_back(names[i * names.size() / count]);
-  return out;
 }
 
 bool filters(const RenderSettings& settings) {
@@ -215,6 +207,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   engine_traits(s.engine);  // throws if there is no such engine
   s.camera = scene.camera(s.camera).name;
   s.threads = thread_count();
+  s.media = !scene.media().empty();
   if (s.light_groups) {
     check_light_groups(s);
     s.light_group_count = static_cast<std::uint32_t>(light_groups(scene).names.size());

@@ -127,6 +127,7 @@ struct RenderSettings {
   int max_bounces = kNoBounceLimit;  ///< most bounces of a path
   SamplerKind sampler = SamplerKind::sobol;
   Filtering filter = Filtering::automatic;
+  bool media = false;                   ///< the scene has some; set by resolve()
   bool of_points = false;               ///< points are rendered, and not what a camera sees; set by Job
   bool separate_layers = true;          ///< keep the film's layers apart; always true if there are AOVs or a filter
   bool light_groups = false;            ///< keep the light of each name of light apart (scene/light_groups.h)
@@ -140,9 +141,6 @@ struct RenderSettings {
   /// Seed of camera samples and gather rays.
   std::uint32_t sample_seed() const { return frame == 0 ? seed : hash_combine(seed, frame); }
 };
-
-/// Names for RenderSettings::guide_cameras: at most 16, evenly spaced among those of all frames.
-std::vector<std::string> guide_cameras(const std::vector<std::string>& names);
 
 /// Whether the render filters its image.
 bool filters(const RenderSettings& settings);

@@ -64,7 +64,7 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
       auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
       if (!passes && context.passed && self.scene->is_pane(material)) {
         note_pane(context,
-                  {RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), triangle, barycentric});
+                  {{RTCRayN_tfar(args->ray, args->N, i), triangle, barycentric}, RTCRayN_id(args->ray, args->N, i)});
         passes = true;
       }
     }

@@ -58,11 +58,8 @@ struct Tracer::Implementation {
 };
 
 /// A pane that a ray passes.
-struct PassedPane {
-  unsigned ray;    ///< its number in its packet
-  float distance;  ///< along the ray
-  std::uint32_t triangle;
-  Vec2 barycentric;
+struct PassedPane : PassedSurface {
+  unsigned ray;  ///< its number in its packet
 };
 
 /// The context of rays of occlusion.

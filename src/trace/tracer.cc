@@ -151,25 +151,50 @@ void occlude_packets(const Tracer::Implementation& self, std::span<const Ray> ra
   }
 }
 
-/// What the panes that ray number `ray` of its packet has passed let through. Embree may list a triangle several times,
-/// in any order: its structure splits triangles. Panes that the ray meets in one place count once: it passes the edge
-/// between two triangles of a pane.
-RGB through_panes(const Tracer::Implementation& self, std::vector<PassedPane>& passed, unsigned ray, Vec3 direction) {
+/// Sorts the panes that the rays of a packet have passed, nearest first for each ray.
+void sort_panes(std::vector<PassedPane>& passed) {
   std::sort(passed.begin(), passed.end(), [](const PassedPane& a, const PassedPane& b) {
     return std::tie(a.ray, a.distance, a.triangle) < std::tie(b.ray, b.distance, b.triangle);
   });
-  const auto rounding = [&](const PassedPane& pane) {
-    const DiffuseTriangle& t = self.scene->diffuse_triangle(pane.triangle);
-    return t.offset() / std::abs(dot(t.normal, direction));
+}
+
+/// Calls visit(pane) for each pane that ray number `ray` of its packet has passed, nearest first. Embree may list a
+/// triangle several times: its structure splits triangles. Panes that the ray meets in one place count once: it passes
+/// the edge between two triangles of a pane. Interfaces do only if they are of one material and face one way: two media
+/// may touch.
+template <typename Visit>
+void for_panes(const Scene& scene, const std::vector<PassedPane>& sorted, unsigned ray, Vec3 direction, Visit&& visit) {
+  const auto facing = [&](const PassedPane& pane) {
+    return dot(scene.diffuse_triangle(pane.triangle).normal, direction);
   };
-  RGB product(1.0f);
+  const auto rounding = [&](const PassedPane& pane) {
+    return scene.diffuse_triangle(pane.triangle).offset() / std::abs(facing(pane));
+  };
+  const std::vector<std::uint32_t>& material = scene.geometry().material;
+  const auto is_interface = [&](const PassedPane& pane) {
+    return scene.materials()[material[pane.triangle]].kind == MaterialKind::interface;
+  };
+  const auto are_one = [&](const PassedPane& a, const PassedPane& b) {
+    if (!is_interface(a) && !is_interface(b)) return true;
+    return material[a.triangle] == material[b.triangle] && facing(a) * facing(b) > 0;
+  };
   const PassedPane* last = nullptr;
-  for (const PassedPane& pane : passed) {
+  for (const PassedPane& pane : sorted) {
     if (pane.ray != ray) continue;
-    const bool again = last && pane.distance - last->distance <= rounding(pane) + rounding(*last);
-    if (!again) product *= straight_transmittance(*self.scene, pane.triangle, pane.barycentric, direction);
+    const bool again =
+        last && pane.distance - last->distance <= rounding(pane) + rounding(*last) && are_one(pane, *last);
+    if (!again) visit(pane);
     last = &pane;
   }
+}
+
+/// What the panes that ray number `ray` of its packet has passed let through.
+RGB through_panes(const Tracer::Implementation& self, std::vector<PassedPane>& passed, unsigned ray, Vec3 direction) {
+  sort_panes(passed);
+  RGB product(1.0f);
+  for_panes(*self.scene, passed, ray, direction, [&](const PassedPane& pane) {
+    product *= straight_transmittance(*self.scene, pane.triangle, pane.barycentric, direction);
+  });
   return product;
 }
 
@@ -214,6 +239,16 @@ RGB Tracer::transmittance(const Ray& ray) const {
   OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
   if (is_occluded(*implementation_, ray, context)) return RGB(0.0f);
   return passed.empty() ? RGB(1.0f) : through_panes(*implementation_, passed, 0, ray.direction);
+}
+
+bool Tracer::passes(const Ray& ray, std::vector<PassedSurface>& passed) const {
+  passed.clear();
+  std::vector<PassedPane> panes;
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &panes : nullptr};
+  if (is_occluded(*implementation_, ray, context)) return false;
+  sort_panes(panes);
+  for_panes(scene(), panes, 0, ray.direction, [&](const PassedPane& pane) { passed.push_back(pane); });
+  return true;
 }
 
 void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {

@@ -41,6 +41,13 @@ struct HitArrays {
   std::span<Vec2> barycentric;
 };
 
+/// A surface that a ray passes in a straight line: a pane or an interface (Scene::is_pane).
+struct PassedSurface {
+  float distance;  ///< along the ray
+  std::uint32_t triangle;
+  Vec2 barycentric;
+};
+
 /// Coherence and kind of rays.
 enum class RayOrder : std::uint8_t {
   incoherent,  ///< neighbours in the batch have nothing in common
@@ -74,6 +81,9 @@ class Tracer {
   /// Share of the light that arrives from the ray's end in a straight line: 1 if nothing is in the way, less through
   /// panes (Scene::is_pane), else black. @param ray of unit direction
   RGB transmittance(const Ray& ray) const;
+  /// Lists the surfaces that light passes on its straight way from the ray's end, nearest first. Returns false if
+  /// something is in the way. @param ray of unit direction @param passed is replaced
+  bool passes(const Ray& ray, std::vector<PassedSurface>& passed) const;
 
   /// Traces a batch on the calling thread. hits.size() == rays.size().
   void intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const;

@@ -12,37 +12,71 @@ namespace {
 /// Relative error of a shadow ray's length and direction: 16 half units in the last place.
 constexpr float kShadowError = 0x1p-20f;
 
-/// The ray from a point to a place on a light, both offset from their surfaces. If rounding leaves nothing between
-/// them, the ray meets nothing.
-/// @param side the geometric normal on the side of the light
-Ray shadow_ray(const Vertex& vertex, Vec3 side, const LightSample& light) {
-  const SurfacePoint& point = vertex.point;
-  const Vec3 from = offset_origin(point.position, side, point.offset);
-  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance, vertex.time};
+/// The ray from a place to a light, offset from the light. If rounding leaves nothing between the two, it meets
+/// nothing.
+/// @param side the geometric normal on the side of the light; (0,0,0): the place is on no surface
+Ray ray_to_light(Vec3 from, Vec3 side, const LightSample& light, float time) {
+  if (!std::isfinite(light.distance)) return {from, 0, light.direction, light.distance, time};
   const float before_light = light.offset + kShadowError * light.distance;
   const Vec3 way = offset_origin(light.position, light.normal, before_light) - from;
   const float distance = length(way);
-  const bool crossed = !(dot(way, side) > 0) || (!light.delta && !(dot(way, light.normal) < 0));
-  if (crossed) return {from, 0, light.direction, 0, vertex.time};
+  const bool leaves = side == Vec3{0, 0, 0} || dot(way, side) > 0, arrives = light.delta || dot(way, light.normal) < 0;
+  if (!leaves || !arrives) return {from, 0, light.direction, 0, time};
   // A point light has no side to offset to.
-  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance, vertex.time};
-}
-
-/// Share of a light sample that the volume between the light and the point leaves.
-RGB remaining(const Scene& scene, const LightSample& light, const SurfacePoint& point) {
-  if (point.triangle == kNone || !std::isfinite(light.distance)) return RGB(1.0f);
-  const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
-  const RGB arrived =
-      light.source < lamps.size() ? absorption(scene, lamps[light.source], -light.direction) : RGB(0.0f);
-  return transmittance(absorption(scene, point.triangle, light.direction), arrived, light.distance);
+  return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance, time};
 }
 }  // namespace
 
-UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, RGB scattered,
-                                float weight) {
+UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, RGB scattered, float weight) {
   const Vec3 side = face_forward(vertex.point.geometric_normal, light.direction);
-  return {scattered * light.radiance * (weight / light.pdf) * remaining(scene, light, vertex.point),
-          shadow_ray(vertex, side, light), light.source};
+  const Vec3 from = offset_origin(vertex.point.position, side, vertex.point.offset);
+  return {scattered * light.radiance * (weight / light.pdf), ray_to_light(from, side, light, vertex.time), light.source,
+          vertex.media.towards(light.direction, vertex.normal())};
+}
+
+UnoccludedLight scattered_light(const LightSample& light, const MediumVertex& vertex, float weight) {
+  if (!(light.pdf > 0)) return {};
+  return {light.radiance * (vertex.phase(light.direction) * weight / light.pdf),
+          ray_to_light(vertex.position, {0, 0, 0}, light, vertex.time), light.source, vertex.medium};
+}
+
+RGB passed_share(const Tracer& tracer, const UnoccludedLight& light) {
+  const Scene& scene = tracer.scene();
+  const Ray& shadow = light.shadow_ray;
+  if (scene.media().empty()) return tracer.transmittance(shadow);
+  std::vector<PassedSurface> surfaces;
+  if (!tracer.passes(shadow, surfaces)) return RGB(0.0f);
+  PathMedium medium = light.medium;
+  RGB product(1.0f);
+  float start = 0;
+  const auto pass = [&](std::uint32_t triangle, float end) {
+    medium = medium_until(scene, medium, triangle, shadow.direction);
+    const Ray piece{shadow.origin + shadow.direction * start, 0, shadow.direction, end - start, shadow.time};
+    if (medium.index != kNone) product *= transmittance(scene.media()[medium.index], piece, end - start);
+    start = end;
+  };
+  for (const PassedSurface& surface : surfaces) {
+    pass(surface.triangle, surface.distance);
+    if (!is_interface(scene, surface.triangle))
+      product *= straight_transmittance(scene, surface.triangle, surface.barycentric, shadow.direction);
+    medium = medium_behind(scene, medium, surface.triangle, shadow.direction);
+  }
+  const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
+  pass(light.source < lamps.size() ? lamps[light.source] : kNone, shadow.t_max);
+  return product;
+}
+
+std::vector<RGB> passed_shares(const Tracer& tracer, std::span<const UnoccludedLight> lights) {
+  std::vector<RGB> passed(lights.size());
+  if (tracer.scene().media().empty()) {
+    std::vector<Ray> rays;
+    rays.reserve(lights.size());
+    for (const UnoccludedLight& light : lights) rays.push_back(light.shadow_ray);
+    tracer.transmittance(rays, passed);
+  } else {
+    for (std::size_t i = 0; i < lights.size(); ++i) passed[i] = passed_share(tracer, lights[i]);
+  }
+  return passed;
 }
 
 bool takes_light_samples(const Bsdf& bsdf) {

@@ -1,7 +1,10 @@
 // Light samples of a vertex (next-event estimation), weighted against directions that meet the same light.
 #pragma once
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include "bsdf/phase.h"
 #include "scene/light_sampling.h"
 #include "transport/step.h"
 
@@ -21,12 +24,18 @@ float weight_of_met_light(const PathState& path, Density&& density) {
   return path.pdf > 0 ? balance_heuristic(1, path.pdf, 1, density(path.scattered_at)) : 1;
 }
 
-/// Reflected light of one light sample, before the test of what is in its way (Tracer::transmittance()).
+/// Light of one light sample that a vertex scatters, before the test of what is in its way (passed_share()).
 struct UnoccludedLight {
   RGB radiance{0.0f};  ///< f_r cos L / pdf, W sr^-1 m^-2; black if no test is needed
   Ray shadow_ray;
   std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
+  PathMedium medium{};           ///< at the start of the shadow ray
 };
+
+/// Share of the light that arrives: none if something is in the way, less through panes and media.
+RGB passed_share(const Tracer& tracer, const UnoccludedLight& light);
+/// The same of many.
+std::vector<RGB> passed_shares(const Tracer& tracer, std::span<const UnoccludedLight> lights);
 
 /// A light sample for a vertex, by three random numbers in [0, 1).
 inline LightSample sample_light(const Scene& scene, const Vertex& vertex, Vec2 pair, float u) {
@@ -35,28 +44,42 @@ inline LightSample sample_light(const Scene& scene, const Vertex& vertex, Vec2 p
 
 /// Reflected light of a light sample, where `scattered` is f_r cos of the lobes in question.
 /// @param weight against other ways to find the same light
-UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, RGB scattered,
-                                float weight);
+UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, RGB scattered, float weight);
 
-/// What the given lobes of a vertex reflect of a light sample for it: f_r cos L / pdf, weakened by an absorbing medium
-/// that the vertex knows of, and weighted against samples of directions.
+/// What the given lobes of a vertex reflect of a light sample for it: f_r cos L / pdf, and weighted against samples of
+/// directions.
 /// @param lights, directions numbers of samples that bring the same light
 /// @param density            gives the density of a sample of a direction, per steradian
 template <typename Density>
-UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes,
-                                float lights, float directions, Density&& density) {
+UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, Lobes lobes, float lights,
+                                float directions, Density&& density) {
   if (!(light.pdf > 0) || is_black(light.radiance)) return {};
   const RGB scattered = vertex.surface().evaluate(vertex.wo, light.direction, lobes);
   if (is_black(scattered)) return {};
   const float weight = light.delta ? 1 : balance_heuristic(lights, light.pdf, directions, density(light.direction));
-  return reflected_light(scene, light, vertex, scattered, weight);
+  return reflected_light(light, vertex, scattered, weight);
 }
 /// The same beside one direction, sampled from the lobes `sampled`.
-inline UnoccludedLight reflected_light(const Scene& scene, const LightSample& light, const Vertex& vertex, Lobes lobes,
-                                       Lobes sampled) {
-  return reflected_light(scene, light, vertex, lobes, 1, 1,
+inline UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, Lobes lobes, Lobes sampled) {
+  return reflected_light(light, vertex, lobes, 1, 1,
                          [&](Vec3 w) { return vertex.surface().pdf(vertex.wo, w, sampled); });
 }
+
+/// A place in a medium where a path scatters.
+struct MediumVertex {
+  Vec3 position, wo;  ///< metres; unit, back along the path
+  float g = 0;        ///< of the medium
+  PathMedium medium;
+  float time = 0;  ///< of the path, as Ray::time
+
+  /// Share of light from wi that it scatters, per steradian.
+  float phase(Vec3 wi) const { return henyey_greenstein(-dot(wo, wi), g); }
+  /// A direction with that density.
+  Vec3 sample(Vec2 u) const { return sample_henyey_greenstein(wo, g, u); }
+};
+/// Scattered light of a light sample, for a coefficient of 1.
+/// @param weight against other ways to find the same light
+UnoccludedLight scattered_light(const LightSample& light, const MediumVertex& vertex, float weight);
 
 /// Whether light samples may reach some of the viewer. None do from a perfectly smooth surface, so that choosing a
 /// light for it is wasted. Mixtures of smooth lobes with others count as reached.

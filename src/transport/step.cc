@@ -6,7 +6,7 @@
 
 namespace glowworm {
 
-bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight) {
+bool leave(PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight) {
   path.throughput *= weight;
   if (!sampled.valid || is_black(path.throughput)) return false;
   const SurfacePoint& point = vertex.point;
@@ -14,7 +14,7 @@ bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const Scat
     path.pdf = sampled.delta ? 0 : sampled.pdf;
     path.scattered_at = point.position;
   }
-  if (point.triangle != kNone) path.medium.absorption = absorption(scene, point.triangle, sampled.direction);
+  path.medium = vertex.media.towards(sampled.direction, vertex.normal());
   path.ray = leave_surface(point.position, sampled.side, point.offset, sampled.direction, vertex.time);
   return true;
 }

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "scene/light_sampling.h"
-#include "transport/path_state.h"
+#include "transport/medium.h"
 #include "transport/roulette.h"
 #include "transport/vertex.h"
 
@@ -17,7 +17,7 @@ Ray leave_surface(Vec3 position, Vec3 side, float offset, Vec3 direction, float 
 
 /// Sends a path on from a vertex in a sampled direction. Returns false if it carries nothing there.
 /// @param weight factor on the throughput
-bool leave(const Scene& scene, PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight);
+bool leave(PathState& path, const Vertex& vertex, const ScatteredRay& sampled, RGB weight);
 
 /// Russian roulette (transport/roulette.h). Returns the probability by which the path survives, for the caller to
 /// divide by, or 0 if it ends.
@@ -35,11 +35,6 @@ float survive(PathState& path, float weight, float least, int bounces, Number&& 
   const float probability = roulette(weight, least, bounces, number);
   if (probability > 0) path.throughput *= 1 / probability;
   return probability;
-}
-
-/// Share of the light that the medium between a ray's start and its hit leaves.
-inline RGB transmittance(const Scene& scene, const PathMedium& medium, const Ray& ray, const Hit& hit) {
-  return transmittance(medium.absorption, absorption(scene, hit.triangle, -ray.direction), hit.distance);
 }
 
 /// Takes a path to the surface that it has met, or out of the scene.
@@ -62,6 +57,7 @@ bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) 
     return false;
   }
   Vertex vertex = vertex_at(scene, path.ray, hit);
+  if (!scene.media().empty()) vertex.media = media_at(scene, path.medium, hit.triangle, vertex.wo);
   if (scene.geometry().emission[hit.triangle] != kNone && policy.finds_light()) {
     const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
     if (!is_black(emitted))

@@ -27,7 +27,7 @@ void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint
 }
 
 void add_gather_point(GatherPoints& points, const Vertex& vertex, RGB throughput, std::uint32_t slot,
-                      std::uint32_t sequence, std::uint32_t sample) {
+                      std::uint32_t sequence, std::uint32_t sample, bool in_media) {
   points.slot.push_back(slot);
   points.sequence.push_back(sequence);
   points.sample.push_back(sample);
@@ -38,6 +38,7 @@ void add_gather_point(GatherPoints& points, const Vertex& vertex, RGB throughput
   points.wo.push_back(vertex.wo);
   points.bsdf.push_back(vertex.bsdf);
   points.throughput.push_back(throughput);
+  if (in_media) points.media.push_back(vertex.media);
 }
 
 Vertex vertex_of(const GatherPoints& points, std::size_t i) {
@@ -48,6 +49,7 @@ Vertex vertex_of(const GatherPoints& points, std::size_t i) {
   out.point.frame = points.frame[i];
   out.wo = points.wo[i];
   out.bsdf = points.bsdf[i];
+  if (!points.media.empty()) out.media = points.media[i];
   return out;
 }
 

@@ -6,7 +6,7 @@
 #include "points/gather_points.h"
 #include "points/query_points.h"
 #include "scene/surface.h"
-#include "trace/tracer.h"
+#include "transport/path_state.h"
 
 namespace glowworm {
 
@@ -15,7 +15,8 @@ struct Vertex {
   SurfacePoint point;
   Vec3 wo;  ///< unit, back along the path
   Bsdf bsdf;
-  float time = 0;  ///< of the path, as Ray::time
+  float time = 0;       ///< of the path, as Ray::time
+  MediumSides media{};  ///< in scenes with media
 
   /// The BSDF in world space. The vertex must outlive it.
   ShadedSurface surface() const { return shaded(point, bsdf); }
@@ -57,8 +58,9 @@ inline void add_query(QueryPoints& queries, const DiffusePoint& point, Vec3 wo, 
 }
 
 /// Appends a vertex to the gather points. @param slot, sequence, sample, throughput as the members of GatherPoints
+/// @param in_media whether the scene has media
 void add_gather_point(GatherPoints& points, const Vertex& vertex, RGB throughput, std::uint32_t slot,
-                      std::uint32_t sequence, std::uint32_t sample);
+                      std::uint32_t sequence, std::uint32_t sample, bool in_media);
 /// A gather point as a vertex, of no triangle.
 Vertex vertex_of(const GatherPoints& points, std::size_t i);
 /// The gather points as query points for the caustic map, weighted by the throughput.

@@ -1,4 +1,4 @@
-// Absorbing volumes by Beer's law, for camera rays of both renderers and for photons.
+// Absorbing media, for camera rays of both renderers and for photons.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -24,7 +24,8 @@ void add_volume(SceneDescription& d, float low, float high, float ior = 1.0001f,
   glass.transmission.value = 1;
   glass.ior = ior;
   glass.roughness_u.value = glass.roughness_v.value = roughness;
-  glass.absorption = kAbsorption;
+  glass.inside = static_cast<std::uint32_t>(d.media.size());
+  d.media.emplace_back().sigma_a = kAbsorption;
   d.materials.push_back(glass);
   const auto m = static_cast<std::uint32_t>(d.materials.size() - 1);
   const float h = high - low;

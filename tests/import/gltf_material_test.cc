@@ -275,9 +275,13 @@ TEST_F(GltfMaterialTest, LayersOfExtensions) {
   EXPECT_NE(m.coat_normal_map.texture, kNone);
   EXPECT_EQ(m.coat_normal_scale, 0.5f);
   EXPECT_EQ(m.dispersion, 2);
-  EXPECT_NEAR(std::exp(-m.absorption.r * 0.5f), 0.25f, 1e-5f) << "Beer's law at the given distance";
-  EXPECT_NEAR(std::exp(-m.absorption.g * 0.5f), 0.5f, 1e-5f);
-  EXPECT_EQ(m.absorption.b, 0);
+  ASSERT_EQ(m.inside, 0u);
+  EXPECT_EQ(m.outside, kUnnamed);
+  const Medium& volume = d.media.at(0);
+  EXPECT_NEAR(std::exp(-volume.sigma_a.r * 0.5f), 0.25f, 1e-5f) << "Beer's law at the given distance";
+  EXPECT_NEAR(std::exp(-volume.sigma_a.g * 0.5f), 0.5f, 1e-5f);
+  EXPECT_EQ(volume.sigma_a.b, 0);
+  EXPECT_EQ(volume.sigma_s, RGB(0.0f));
 }
 
 TEST_F(GltfMaterialTest, SpecularAndGlossinessOfOneTexture) {

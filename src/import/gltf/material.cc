@@ -271,8 +271,13 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
     if (number_member(*volume, "thicknessFactor", 0) > 0) material.thin = false;
     const float distance = number_member(*volume, "attenuationDistance", 0);
     const RGB color = clamp(color_member(*volume, "attenuationColor", RGB(1.0f)), 1e-6f, 1);
-    if (!material.thin && material.transmission.value > 0 && distance > 0)
-      material.absorption = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
+    if (!material.thin && material.transmission.value > 0 && distance > 0 && color != RGB(1.0f)) {
+      Medium medium;
+      medium.name = material.name;
+      medium.sigma_a = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
+      material.inside = static_cast<std::uint32_t>(description_.media.size());
+      description_.media.push_back(std::move(medium));
+    }
     const bool tinted = distance > 0 && color != RGB(1.0f);
     if (tinted && material.transmission.value == 0 && material.diffuse_transmission.value > 0)
       notes_.add("attenuation of light that passes diffusely is not supported, left out");

@@ -1,0 +1,101 @@
+#include "gather/medium_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace glowworm {
+
+namespace {
+
+/// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
+/// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
+template <typename Visit>
+void for_even_pieces(const Medium& medium, const Ray& ray, float length, Visit&& visit) {
+  const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
+  if (span.empty()) return;
+  if (is_homogeneous(medium)) {
+    visit(span.first, span.last, MediumPoint{medium.sigma_a, medium.sigma_s, medium.emission * medium.sigma_a});
+    return;
+  }
+  const Vec3 along = medium.to_medium.vector(ray.direction), size = medium.bounds->diagonal();
+  float cells_per_metre = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    cells_per_metre =
+        std::max(cells_per_metre, std::abs(along[axis]) / size[axis] *
+                                      static_cast<float>(medium.grid->values().size[static_cast<std::size_t>(axis)]));
+  for_majorants(medium, ray.origin, ray.direction, span.first, span.last, [&](float first, float last, float majorant) {
+    if (!(majorant > 0)) return true;
+    const float count = std::max(std::ceil((last - first) * cells_per_metre), 1.0f), step = (last - first) / count;
+    for (float i = 0; i < count; ++i) {
+      const float from = first + i * step;
+      const MediumPoint middle = medium_point(medium, ray.origin + ray.direction * (from + 0.5f * step));
+      if (!is_black(middle.sigma_a + middle.sigma_s)) visit(from, from + step, middle);
+    }
+    return true;
+  });
+}
+
+}  // namespace
+
+bool MediumWalk::cross(PathState& path, Hit& hit, RayOrder order, const Target& target, Sampler& sampler) {
+  return travel(tracer_, path, hit, order, [&](const Medium* medium, float length) {
+    if (!medium) return true;
+    if (target.part) add_light(*medium, path, length, target, sampler);
+    for_even_pieces(*medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
+      path.throughput *= transmittance(here.sigma_a + here.sigma_s, last - first);
+    });
+    return !is_black(path.throughput);
+  });
+}
+
+void MediumWalk::add_light(const Medium& medium, const PathState& path, float length, const Target& target,
+                           Sampler& sampler) {
+  RGB passed(1.0f), emitted(0.0f);
+  bool scatters = false;
+  for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
+    const RGB sigma_t = here.sigma_a + here.sigma_s, left = transmittance(sigma_t, last - first);
+    for (int c = 0; c < 3; ++c)
+      if (here.emission[c] > 0) emitted[c] += passed[c] * here.emission[c] * (1 - left[c]) / sigma_t[c];
+    scatters |= !is_black(here.sigma_s);
+    passed *= left;
+  });
+  if (!is_black(emitted) && !photons_alone_) radiance_.add(*target.part, target.slot, path.throughput * emitted, kNone);
+  if (!scatters) return;
+  RGB throughput = path.throughput;
+  if (target.by_opacity) {
+    const float chosen = max_component(RGB(1.0f) - passed);
+    if (!(sampler.next1() < chosen)) return;
+    throughput *= 1 / chosen;
+  }
+  RGB weight = throughput;
+  for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
+    const RGB sigma_t = here.sigma_a + here.sigma_s;
+    segments_.push_back(path.ray.origin + path.ray.direction * first, path.ray.direction, last - first,
+                        {sigma_t, here.sigma_s, medium.g, path.medium.index}, weight, target.slot);
+    weight *= transmittance(sigma_t, last - first);
+  });
+  if (photons_alone_) return;
+  const Scene& scene = tracer_.scene();
+  const LitSegment segment(medium, path, length, true);
+  const Vec2 u_lamp = sampler.next2(), u_place = sampler.next2();
+  const SegmentLight by_place = segment.sample_by_transmittance(scene, u_lamp, u_place);
+  if (by_place.sample.pdf > 0)
+    add(by_place, 1 / (1 + segment.ratio(scene, by_place.sample.source, by_place.distance, by_place.sample.position)),
+        throughput, target);
+  if (!segment.samples()) return;
+  const Vec2 u_other_lamp = sampler.next2();
+  const SegmentLight by_angle = segment.sample(scene, u_other_lamp, sampler.next2());
+  if (by_angle.sample.pdf > 0)
+    add(by_angle, balance_heuristic(1, by_angle.sample.pdf, 1, by_angle.by_place * by_angle.by_transmittance),
+        throughput, target);
+}
+
+void MediumWalk::add(const SegmentLight& light, float weight, RGB throughput, const Target& target) {
+  const UnoccludedLight unoccluded = scattered_light(light.sample, light.vertex, weight);
+  if (is_black(unoccluded.radiance)) return;
+  ++shadow_rays;
+  radiance_.add(*target.part, target.slot,
+                throughput * light.weight * unoccluded.radiance * passed_share(tracer_, unoccluded), unoccluded.source);
+}
+
+}  // namespace glowworm

@@ -1,0 +1,43 @@
+// The way of camera and gather rays through media. Rays do not scatter there: media weaken what they find behind, and
+// scatter and emit light along them. Photons bring what is scattered, by segments that are looked up in a map, except
+// for light straight from lamps, which is sampled.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/random.h"
+#include "points/gather_points.h"
+#include "points/volume_segments.h"
+#include "transport/segment_light.h"
+
+namespace glowworm {
+
+class MediumWalk {
+ public:
+  /// @param segments are added to @param photons_alone adds segments, but no light
+  MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone)
+      : tracer_(tracer), radiance_(radiance), segments_(segments), photons_alone_(photons_alone) {}
+
+  /// What a ray adds to.
+  struct Target {
+    std::vector<RGB>* part = nullptr;  ///< of the radiance; null: the ray only passes
+    std::uint32_t slot = 0;
+    /// Whether to look up and sample the light of a piece with a probability of its opacity only, as one of many rays.
+    bool by_opacity = false;
+  };
+  /// Takes a path to the surface that it meets, or out of the scene. Returns false if nothing comes from there.
+  bool cross(PathState& path, Hit& hit, RayOrder order, const Target& target, Sampler& sampler);
+
+  std::uint64_t shadow_rays = 0;
+
+ private:
+  void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
+  void add(const SegmentLight& light, float weight, RGB throughput, const Target& target);
+
+  const Tracer& tracer_;
+  SlotRadiance& radiance_;
+  VolumeSegments& segments_;
+  const bool photons_alone_;
+};
+
+}  // namespace glowworm

@@ -1,0 +1,42 @@
+// Maps of photons in media, as stages of PhotonMaps.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/rgb.h"
+#include "core/statistics.h"
+#include "density/volume_map.h"
+#include "maps/indexed_map.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// Photons in media, as points and as beams.
+struct MediaPhotons {
+  VolumePhotons points;
+  VolumeBeams beams;
+};
+
+/// Indices of photons in media, one for all light sources or one for each group of them. Each medium has either points
+/// or beams: points where a photon travels less than a radius on average before it scatters, or where colours fall off
+/// unequally in a grid, which beams cannot show; else beams.
+class VolumeMaps {
+ public:
+  VolumeMaps() = default;
+  VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, Statistics& statistics);
+
+  /// Adds what the photons of a group bring to segments, as VolumeMap::estimate().
+  void estimate(std::size_t group, const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;
+  std::size_t group_count() const { return groups_.size(); }
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  struct Group {
+    VolumeMap points, beams;
+  };
+  std::vector<Group> groups_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace glowworm
