@@ -16,6 +16,7 @@
 #include "density/knn.h"
 #include "density/volume_map.h"
 #include "kernels/simd.h"
+#include "kernels/volume_reference.h"
 #include "support/table.h"
 
 namespace glowworm::bench {
@@ -120,6 +121,48 @@ void map_sum(benchmark::State& state, bool beams, std::uint32_t kind, float g) {
   state.counters["used"] = used / tested;
 }
 
+/// The plain twins of the kernels, compiled as the rest of the program is: every photon or piece of a small cloud
+/// against segments of a camera.
+void plain(benchmark::State& state, bool beams) {
+  const VolumeSegments segments = segments_of(kCamera, 0);
+  VolumePhotons photons;
+  VolumeBeams some;
+  constexpr std::uint32_t kSome = 2048;
+  for (std::uint32_t i = 0; i < kSome; ++i) {
+    photons.push_back(place(i, 1), direction(i, 4), RGB(1.0f), 0, 0);
+    some.push_back(place(i, 1), direction(i, 4), 0.5f, RGB(1.0f), 0, 0);
+  }
+  const BeamPieces pieces = volume_beam_pieces(some, held);
+  const std::vector<float> radii(kSome, 0.25f * kSide);
+  const VolumeIndex index =
+      beams ? VolumeIndex(some, some.flux, pieces, 1) : VolumeIndex(photons, photons.flux, radii, 1);
+  const VolumeTree tree = index.tree(index.media()[0]);
+  const std::size_t blocks = (beams ? pieces.radii.size() : kSome) / kVolumeBlock;
+  SegmentTile tile{};
+  tile.count = kSegmentTile;
+  for (std::size_t i = 0; i < kSegmentTile; ++i) {
+    const std::size_t s = i * segments.size() / kSegmentTile;
+    for (int axis = 0; axis < 3; ++axis) {
+      tile.origin[axis][i] = segments.origin[s][axis];
+      tile.direction[axis][i] = segments.direction[s][axis];
+      tile.sigma_t[axis][i] = kSigma;
+    }
+    tile.length[i] = segments.length[s];
+  }
+  VolumeCounts counts;
+  for (auto _ : state) {
+    if (beams)
+      sum_volume_reference(tree.beams, blocks, tile, counts);
+    else
+      sum_volume_reference(tree.photons, blocks, tile, counts);
+    benchmark::DoNotOptimize(tile.sum[0][0]);
+  }
+  const double runs = static_cast<double>(state.iterations());
+  set_rate(state, "pairs", static_cast<double>(counts.tested) / runs);
+  set_rate(state, "used_pairs", static_cast<double>(counts.evaluated) / runs);
+  state.counters["used"] = static_cast<double>(counts.evaluated) / static_cast<double>(counts.tested);
+}
+
 /// A march along each segment in steps of the mean radius: the photons in a sphere around each point, by the kd-tree.
 void march(benchmark::State& state, std::uint32_t kind) {
   const Cloud& c = cloud();
@@ -188,6 +231,8 @@ BENCHMARK_CAPTURE(map_sum, beams_camera, true, kCamera, 0.0f)->Unit(benchmark::k
 BENCHMARK_CAPTURE(map_sum, beams_camera_glossy, true, kCamera, 0.6f)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(map_sum, beams_gather, true, kGather, 0.0f)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(map_sum, beams_scattered, true, kScattered, 0.0f)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(plain, points, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(plain, beams, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(march, camera, kCamera)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(march, gather, kGather)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(build, points, false)->Unit(benchmark::kMillisecond);
