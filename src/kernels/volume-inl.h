@@ -232,7 +232,12 @@ HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PieceLan
   const auto least = hn::Set(d, 1e-30f), zero = hn::Zero(d);
   const auto a = dot3(d, way, way), b = dot3(d, way, across), c = hn::Max(dot3(d, across, across), least);
   const auto discriminant = hn::MulAdd(b, b, hn::Mul(c, hn::Sub(piece.radius_squared, a)));
-  hn::Mask<D> inside = hn::Gt(discriminant, zero);
+  // C times how far the crossing of the lines lies beyond the piece's ends. The tube's crossing reaches r c /
+  // sin(theta) along the beam to either side.
+  const auto at = hn::NegMulAdd(cosine, b, hn::Mul(s, c));
+  const auto beyond = hn::Max(hn::Neg(at), hn::NegMulAdd(piece.length, c, at)), excess = hn::Max(beyond, zero);
+  hn::Mask<D> inside =
+      hn::And(hn::Gt(discriminant, zero), hn::Le(hn::Mul(excess, excess), hn::Mul(piece.radius_squared, c)));
   if (hn::AllFalse(d, inside)) return {inside, zero, zero, zero};
 
   const auto one = hn::Set(d, 1.0f);
