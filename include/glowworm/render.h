@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,6 +80,27 @@ class Render {
   Picture picture() const;
   /// Counts and times. Call it after the render has ended.
   RenderStatistics statistics() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Frames of a still scene from many cameras. They share photons, and what guides them, which are made once for all
+/// cameras; so a frame is the same, bit for bit, whichever others are rendered.
+class FrameSequence {
+ public:
+  /// @param cameras of all frames; their names do not count @param options RenderOptions::camera is not used
+  /// Throws Error for a camera that shows nothing, and for settings that make no sense.
+  FrameSequence(const Scene& scene, std::span<const Camera> cameras, const RenderOptions& options = {});
+  ~FrameSequence();
+  FrameSequence(FrameSequence&&) noexcept;
+  FrameSequence& operator=(FrameSequence&&) noexcept;
+
+  std::size_t size() const;  ///< number of frames
+  /// Renders a frame, in any order, and waits. One at a time. @param progress as for render()
+  /// Throws Error if there is no such frame.
+  Picture render(std::size_t frame, const std::function<void(double)>& progress = {});
 
  private:
   struct Implementation;

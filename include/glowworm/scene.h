@@ -74,6 +74,8 @@ class Scene {
   /// The same scene with one more camera. It shares all else. Throws Error for a camera that shows nothing, or whose
   /// name is taken.
   Scene with_camera(const Camera& camera) const;
+  /// The same with several more.
+  Scene with_cameras(std::span<const Camera> cameras) const;
   /// Features of the file that are not supported or had to be guessed, one a line.
   const std::vector<std::string>& notes() const;
 

@@ -1,6 +1,8 @@
 // The public header glowworm/render.h.
 #include "glowworm/render.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "api/picture_implementation.h"
@@ -124,6 +126,50 @@ Picture Render::picture() const {
 
 RenderStatistics Render::statistics() const {
   return statistics_of(implementation_->job, *implementation_->scene.implementation().tracer);
+}
+
+struct FrameSequence::Implementation {
+  std::shared_ptr<const glowworm::Scene> scene;  ///< with the cameras of all frames
+  std::shared_ptr<const glowworm::Tracer> tracer;
+  RenderSettings settings;
+  std::vector<std::string> cameras;
+  std::shared_ptr<JobMaps> maps;  ///< of the frames so far
+};
+
+FrameSequence::FrameSequence(const Scene& scene, std::span<const Camera> cameras, const RenderOptions& options)
+    : implementation_(std::make_unique<Implementation>()) {
+  if (cameras.empty()) throw Error("a sequence has no cameras", "Give one for each frame.");
+  Implementation& own = *implementation_;
+  std::string prefix = "frame ";
+  for (const std::string& name : scene.cameras())
+    if (name.starts_with(prefix)) prefix = name + ": ";
+  std::vector<Camera> named(cameras.begin(), cameras.end());
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    named[i].name = prefix + std::to_string(i);
+    own.cameras.push_back(named[i].name);
+  }
+  const Scene with_all = scene.with_cameras(named);
+  own.scene = with_all.implementation().scene;
+  own.tracer = with_all.implementation().tracer;
+  own.settings = settings_of(options, Command::render);
+  own.settings.guide_cameras = guide_cameras(own.cameras);
+}
+FrameSequence::~FrameSequence() = default;
+FrameSequence::FrameSequence(FrameSequence&&) noexcept = default;
+FrameSequence& FrameSequence::operator=(FrameSequence&&) noexcept = default;
+
+std::size_t FrameSequence::size() const { return implementation_->cameras.size(); }
+
+Picture FrameSequence::render(std::size_t frame, const std::function<void(double)>& progress) {
+  Implementation& own = *implementation_;
+  if (frame >= size()) throw Error(fmt::format("there is no frame {}: the sequence has {}", frame, size()));
+  RenderSettings settings = own.settings;
+  settings.camera = own.cameras[frame];
+  settings.frame = static_cast<std::uint32_t>(frame);
+  Job job(own.scene, own.tracer, settings, nullptr, {}, nullptr, nullptr, own.maps);
+  attend(job, progress);
+  own.maps = job.maps();
+  return outer(make_image(job.snapshot(), job));
 }
 
 Picture render(const Scene& scene, const RenderOptions& options, const std::function<void(double)>& progress) {

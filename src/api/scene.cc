@@ -131,13 +131,20 @@ std::span<const Triangle> Scene::triangles() const { return implementation_->sce
 
 std::span<const std::uint32_t> Scene::triangle_materials() const { return implementation_->scene->geometry().material; }
 
-Scene Scene::with_camera(const Camera& camera) const {
+Scene Scene::with_camera(const Camera& camera) const { return with_cameras(std::span(&camera, 1)); }
+
+Scene Scene::with_cameras(std::span<const Camera> more) const {
   const glowworm::Scene& scene = *implementation_->scene;
-  for (const std::string& name : cameras())
-    check(name != camera.name, "the scene has a camera '" + name + "' already", "Give the new one another name.");
-  glowworm::Camera placed = inner(camera);
-  placed.to_world.translation = scene.inside(placed.to_world.translation);
-  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), scene.shared_geometry(), {placed}, ""};
+  const std::vector<std::string> before = cameras();
+  std::set<std::string> names(before.begin(), before.end());
+  SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), scene.shared_geometry(), {}, ""};
+  for (const Camera& camera : more) {
+    check(names.insert(camera.name).second, "the scene has a camera '" + camera.name + "' already",
+          "Give the new one another name.");
+    edit.more_cameras.push_back(inner(camera));
+    glowworm::Vec3& place = edit.more_cameras.back().to_world.translation;
+    place = scene.inside(place);
+  }
   return Scene(std::make_shared<const Implementation>(*implementation_, std::move(edit)));
 }
 

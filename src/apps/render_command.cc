@@ -144,26 +144,11 @@ Opened open(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<Ca
   return out;
 }
 
-/// What the frames of a sequence have in common, as the first of them leaves it.
-struct SharedByFrames {
-  std::shared_ptr<JobMaps> maps;  ///< null: no frame yet
-  RenderSettings chosen;          ///< of that frame
-
-  /// Makes the numbers that were left to the program those of the first frame.
-  void set_numbers(RenderSettings& s) const {
-    if (!maps) return;
-    s.photons = chosen.photons;
-    s.nearest = chosen.nearest;
-    s.gather = chosen.gather;
-    s.light_samples = chosen.light_samples;
-  }
-};
-
 /// Renders one picture, and returns the exit status.
 /// @param ranks that share the work; null: this process alone
-/// @param shared by the frames of a sequence; null: a picture alone
+/// @param maps of the frame before, or null, and then of this one; null: no sequence
 int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
-                   const std::shared_ptr<Ranks>& ranks, SharedByFrames* shared = nullptr) {
+                   const std::shared_ptr<Ranks>& ranks, std::shared_ptr<JobMaps>* maps = nullptr) {
   const bool helps = ranks && ranks->rank() > 0;
   std::optional<Checkpoint> checkpoint;
   // All ranks continue with its numbers of photons and rays.
@@ -174,7 +159,7 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
     inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
   Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks,
-          shared ? shared->maps : nullptr);
+          maps ? *maps : nullptr);
   checkpoint.reset();
   if (helps) {
     help_rank_0(job);
@@ -182,7 +167,7 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   }
   job.statistics().add_time(Phase::load, opened.load_s);
   job.statistics().add_time(Phase::build_accel, opened.build_s);
-  if (!shared || !shared->maps) {
+  if (!maps || !*maps) {
     inform(describe(o.table.settings, job.settings(), *opened.scene));
     for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
     for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
@@ -194,7 +179,7 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);
   if (ranks) dismiss_ranks(job, *ranks, status);
-  if (shared) *shared = {job.maps(), job.settings()};
+  if (maps) *maps = job.maps();
   return status;
 }
 
@@ -222,7 +207,7 @@ std::vector<std::uint32_t> share_of(const std::vector<std::uint32_t>& frames, st
 /// Renders frames, those that are there already apart. Frames in the same light share their photons and guides.
 int render_frames(const RenderOptions& o, const Opened& opened, Sequence& sequence,
                   const std::vector<std::uint32_t>& numbers, OutputFiles& files, TevStream& tev) {
-  SharedByFrames shared;
+  std::shared_ptr<JobMaps> maps;
   Opened shown;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     RenderOptions frame = options_of_frame(o, numbers[i]);
@@ -232,14 +217,13 @@ int render_frames(const RenderOptions& o, const Opened& opened, Sequence& sequen
     }
     const LitScene& lit = sequence.scene_of(numbers[i]);
     if (shown.scene != lit.scene) {
-      shared = {};
+      maps.reset();
       shown = {lit.scene, lit.tracer, {}, opened.load_s, opened.build_s};
     }
     shown.start = Clock::now();
     sequence.set_frame(numbers[i], frame.settings);
-    shared.set_numbers(frame.settings);
     inform(fmt::format("frame {} ({} of {})", numbers[i], i + 1, numbers.size()));
-    if (const int status = render_picture(frame, shown, files, tev, nullptr, &shared); status != 0) return status;
+    if (const int status = render_picture(frame, shown, files, tev, nullptr, &maps); status != 0) return status;
     shown.load_s = shown.build_s = 0;
   }
   return 0;

@@ -51,6 +51,16 @@ RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   return settings;
 }
 
+/// The settings with the numbers that an earlier frame of the sequence has chosen, if there is one.
+RenderSettings with_numbers_of_sequence(RenderSettings asked, const JobMaps* maps) {
+  if (!maps || !maps->numbers) return asked;
+  asked.photons = maps->numbers->photons;
+  asked.nearest = maps->numbers->nearest;
+  asked.gather = maps->numbers->gather;
+  asked.light_samples = maps->numbers->light_samples;
+  return asked;
+}
+
 /// Rows in the middle of the picture that show what it takes to finish it.
 PixelBounds rehearsed_part(const PixelBounds& all) {
   const int rows = std::min(std::max(all.height() / kRehearsedShareInverse, kRehearsedRows), all.height());
@@ -97,7 +107,9 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
       points_(std::move(points)),
-      settings_(resolve(settings_for(resume ? with_numbers_of(asked, parse_key(resume->key)) : asked, points_.get()),
+      settings_(resolve(settings_for(resume ? with_numbers_of(asked, parse_key(resume->key))
+                                            : with_numbers_of_sequence(asked, maps.get()),
+                                     points_.get()),
                         *scene_)),
       automatic_(resume ? AutomaticNumbers() : automatic_numbers(asked)),
       light_groups_(settings_.light_groups ? std::make_shared<const LightGroups>(glowworm::light_groups(*scene_))

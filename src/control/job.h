@@ -35,6 +35,12 @@ namespace glowworm {
 
 using api::Ending;
 
+/// Numbers that were left to the program.
+struct ChosenNumbers {
+  std::uint64_t photons = 0;
+  std::uint32_t nearest = 0, gather = 0, light_samples = 0;
+};
+
 /// The photons of a render, what guides them and the gather rays, and samples.
 struct JobMaps {
   std::shared_ptr<const EmissionGuide> guide;
@@ -43,6 +49,7 @@ struct JobMaps {
   bool has_gather_guide = false;
   float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known
   PhotonMaps maps;
+  std::optional<ChosenNumbers> numbers;   ///< of all frames of a sequence, once its first has chosen them
   std::optional<double> photon_variance;  ///< Job::photon_variance() of all frames of a sequence, once it is measured
   std::optional<Film> rows;               ///< finished rows that the next Job starts with; it takes them out
 
@@ -76,7 +83,7 @@ class Job {
   /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   /// @param maps    of another Job that is destroyed, over the same scene and points with the same settings but for
-  /// their bounds; null: new ones
+  /// their bounds, or but for the camera and the frame of a sequence (RenderSettings::guide_cameras); null: new ones
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr, JobTime time = {}, std::shared_ptr<const PointGrid> points = nullptr,
       std::shared_ptr<Ranks> ranks = nullptr, std::shared_ptr<JobMaps> maps = nullptr);

@@ -140,6 +140,8 @@ void Job::shoot_photons(std::uint32_t sample) {
   }
   if (measures_photon_noise_) find_photon_noise(sample);
   make_maps(settings_, sample, statistics_);
+  if (!guide_cameras_.empty())
+    made_->numbers = {settings_.photons, settings_.nearest, settings_.gather, settings_.light_samples};
   photon_seconds_ = seconds() - start;
   photon_map_bytes_ = made_->maps.bytes();
   is_mapping_ = false;

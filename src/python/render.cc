@@ -36,6 +36,21 @@ void bind_render(py::module_& module) {
           "picture", [](const Render& self) { return std::make_shared<api::Picture>(self.picture()); }, release)
       .def(
           "statistics", [](const Render& self) { return self.statistics().json; }, release);
+  py::class_<api::FrameSequence>(module, "_FrameSequence")
+      .def(py::init([](const api::Scene& scene, const std::vector<api::Camera>& cameras, const py::kwargs& options) {
+             api::RenderOptions all;
+             all.more = options_of(options);
+             return std::make_unique<api::FrameSequence>(scene, cameras, all);
+           }),
+           py::arg("scene"), py::arg("cameras"))
+      .def(
+          "render",
+          [](api::FrameSequence& self, std::size_t frame, const py::object& progress) {
+            const auto report = reporter(progress);
+            const py::gil_scoped_release unlocked;
+            return std::make_shared<api::Picture>(self.render(frame, report));
+          },
+          py::arg("frame"), py::arg("progress"));
   module.def("aov_names", &api::aov_names, "Names of the layers that renders can have beside the image.");
   module.def("_render_option_names", &api::render_option_names);
   module.def("_measure_option_names", &api::measure_option_names);

@@ -14,8 +14,6 @@ namespace glowworm {
 
 namespace {
 
-/// Each guide camera takes as long as the guide of a still.
-constexpr std::size_t kMostGuideCameras = 16;
 /// Most frames of a sequence: ten hours at 24 a second.
 constexpr std::uint32_t kMostFrames = 1'000'000;
 
@@ -95,13 +93,6 @@ std::vector<FrameOfSequence> frames_of_script(const Script& script, const Tracer
     frames.push_back({state.camera, state.lights});
   }
   return frames;
-}
-
-std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
-  const std::size_t count = std::min(names.size(), kMostGuideCameras);
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < count; ++i) out.push_back(names[i * names.size() / count]);
-  return out;
 }
 
 }  // namespace glowworm

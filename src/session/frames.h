@@ -42,7 +42,4 @@ std::vector<FrameOfSequence> turntable(const Scene& scene, const LightRig& rig, 
 std::vector<FrameOfSequence> frames_of_script(const Script& script, const Tracer& tracer, const LightRig& rig,
                                               const Camera& camera, std::uint32_t count);
 
-/// Names of cameras that guides learn from: at most 16, evenly spaced among `names`.
-std::vector<std::string> guide_cameras(const std::vector<std::string>& names);
-
 }  // namespace glowworm

@@ -25,6 +25,8 @@ namespace {
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 /// Memory for each thread: a quarter holds its rays (kBytesPerThread).
 constexpr std::uint64_t kMemoryOfThread = 32'000'000;
+/// Each guide camera takes as long as the guide of a still.
+constexpr std::size_t kMostGuideCameras = 16;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
@@ -166,6 +168,13 @@ void check_part(const RenderSettings& asked) {
                 "Give --samples in place of --noise.");
   if (asked.time_limit_s > 0 && asked.samples == 0)
     throw Error("--part with --time needs --samples", "All parts must agree on the number of samples.");
+}
+
+std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
+  const std::size_t count = std::min(names.size(), kMostGuideCameras);
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(names[i * names.size() / count]);
+  return out;
 }
 
 bool filters(const RenderSettings& settings) {

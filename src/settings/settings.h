@@ -142,6 +142,9 @@ struct RenderSettings {
   std::uint32_t sample_seed() const { return frame == 0 ? seed : hash_combine(seed, frame); }
 };
 
+/// Names for RenderSettings::guide_cameras: at most 16, evenly spaced among those of all frames.
+std::vector<std::string> guide_cameras(const std::vector<std::string>& names);
+
 /// Whether the render filters its image.
 bool filters(const RenderSettings& settings);
 

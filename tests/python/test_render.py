@@ -389,3 +389,14 @@ def test_compare_measures_the_difference(square, tmp_path):
         glowworm.compare(picture, picture, layer="depht")
     with pytest.raises(ValueError, match="axes"):
         glowworm.compare(picture, np.zeros(3))
+
+
+def test_frames_are_the_same_alone_and_among_others(square):
+    cameras = [glowworm.Camera((0.1 * i, 0.2, 2), (0, 0, 0)) for i in range(3)]
+    frames = list(glowworm.render_frames(square, cameras, **TINY))
+    assert len(frames) == 3
+    again = next(iter(glowworm.render_frames(square, cameras, **TINY)))
+    np.testing.assert_array_equal(again.image, frames[0].image)
+    assert (frames[0].image != frames[2].image).any()
+    with pytest.raises(glowworm.Error, match="no cameras"):
+        next(glowworm.render_frames(square, [], **TINY))

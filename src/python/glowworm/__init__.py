@@ -34,6 +34,7 @@ from ._glowworm import (
     _bake,
     _bake_option_names,
     _compare,
+    _FrameSequence,
     _measure,
     _measure_option_names,
     _Render,
@@ -69,6 +70,7 @@ __all__ = [
     "measure",
     "photon_radii",
     "render",
+    "render_frames",
     "set_threads",
     "trace_photons",
 ]
@@ -238,6 +240,22 @@ def render(
     with _shown(progress) as show:
         job.wait(progress=show)
     return job.picture()
+
+
+@_with_options(_render_option_names())
+def render_frames(
+    scene: Scene, cameras: Sequence[Camera], *, progress: Progress = None, **options: Option
+) -> Iterator[Picture]:
+    """Renders a still scene from one camera after another, and yields the pictures.
+
+    Frames share photons, which are traced once for all cameras. A frame is the same, bit for bit, whichever others are
+    rendered. progress is called with the finished share of each frame. The other keywords are those of render().
+    """
+    sequence = _FrameSequence(scene, list(cameras), **options)
+    for frame in range(len(cameras)):
+        with _shown(progress) as show:
+            picture = sequence.render(frame, show)
+        yield picture
 
 
 @_with_options(_measure_option_names())
