@@ -338,6 +338,10 @@ void VolumeMap::estimate(const VolumeSegments& segments, std::span<RGB> found, S
 }
 
 std::uint64_t VolumeMap::photon_bytes(std::size_t photons) { return VolumeIndex::photon_bytes(photons); }
+std::uint64_t VolumeMap::segment_bytes(std::size_t segments) {
+  // The keys, and those merged from them.
+  return segments * 2 * sizeof(SegmentKey);
+}
 std::uint64_t VolumeMap::beam_bytes(std::size_t beams) { return VolumeIndex::piece_bytes(BeamPieces::most(beams)); }
 
 }  // namespace glowworm
