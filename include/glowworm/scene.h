@@ -1,5 +1,6 @@
 // Scenes: read from files, built in, or made from your arrays.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -91,15 +92,34 @@ class Scene {
 /// Names of the built-in scenes, for Scene::load("builtin:NAME").
 std::vector<std::string> builtin_scenes();
 
+/// What fills space between surfaces: it absorbs, scatters and emits light.
+struct Medium {
+  Rgb absorption{0, 0, 0};  ///< coefficient sigma_a, m^-1; a factor on the grid's values
+  Rgb scattering{0, 0, 0};  ///< coefficient sigma_s, m^-1; a factor on the grid's values
+  float mean_cosine = 0;    ///< g of Henyey and Greenstein's phase function, in (-1, 1)
+  Rgb emission{0, 0, 0};    ///< W sr^-1 m^-2: it emits this times sigma_a; a factor on the grid's values
+  /// Two opposite corners of the box that the medium fills, metres; with none, it fills all space that it is in.
+  std::optional<std::pair<Vec3, Vec3>> box;
+  /// Number of cells of a grid across the box, along x, y and z; 0: no grid. The arrays below hold one value a cell, x
+  /// fastest, then y; an empty one counts as 1.
+  std::array<int, 3> cells{0, 0, 0};
+  std::span<const float> density_grid;  ///< factor on both coefficients
+  std::span<const Rgb> absorption_grid, scattering_grid, emission_grid;
+  std::string name = "medium";
+};
+/// In place of the index of a medium.
+inline constexpr std::uint32_t kVacuum = 0xffffffff;
+
 /// The material of a surface.
 struct Material {
   enum class Kind : std::uint8_t {
-    diffuse,  ///< Lambertian reflection of `color`
-    metal,    ///< reflection of `color` at normal incidence, with `roughness`
-    glass,    ///< refraction by `ior`, tinted by `color`, with `roughness`
-    glossy,   ///< glTF's metallic-roughness: base `color`, `metallic`, `roughness`
-    pane,     ///< a pane of glass of `ior` without thickness, tinted by `color`: transmits and mirrors, does not bend
-    plastic,  ///< Lambertian reflection of `color` under a clear coat of `ior` with `roughness`
+    diffuse,    ///< Lambertian reflection of `color`
+    metal,      ///< reflection of `color` at normal incidence, with `roughness`
+    glass,      ///< refraction by `ior`, tinted by `color`, with `roughness`
+    glossy,     ///< glTF's metallic-roughness: base `color`, `metallic`, `roughness`
+    pane,       ///< a pane of glass of `ior` without thickness, tinted by `color`: transmits and mirrors, does not bend
+    plastic,    ///< Lambertian reflection of `color` under a clear coat of `ior` with `roughness`
+    interface,  ///< parts two media; light passes it straight, unchanged
   };
   Kind kind = Kind::diffuse;
   Rgb color{0.5f, 0.5f, 0.5f};  ///< each in [0, 1]
@@ -109,6 +129,9 @@ struct Material {
   float metallic = 0;   ///< in [0, 1]
   float ior = 1.5f;     ///< index of refraction inside over outside
   std::string name;
+  /// Media on the two sides, returned by SceneBuilder::add_medium(), or kVacuum. Normals point outside. Where neither
+  /// is given, the medium around fills both, glass, too; where only inside is, the ambient medium is outside.
+  std::optional<std::uint32_t> inside, outside;
 };
 
 /// Triangles. The arrays are copied.
@@ -145,7 +168,13 @@ class SceneBuilder {
   /// @param pixels width * height, row by row from the top, linear, each channel in [0, 1]. Throws Error if there are
   /// more or fewer, and for others
   std::uint32_t add_texture(int width, int height, std::span<const Rgb> pixels);
-  /// Returns the index for Mesh::material. Throws Error for a value out of range and an unknown texture.
+  /// Returns the index for Material::inside and outside. Throws Error for numbers out of range, and arrays of another
+  /// length than the grid.
+  std::uint32_t add_medium(const Medium& medium);
+  /// The medium of all space that no surface encloses by name. Without a box, it lets no light from infinity through.
+  void set_ambient_medium(std::uint32_t medium);
+  /// Returns the index for Mesh::material. Throws Error for a value out of range, an unknown texture or
+  /// medium.
   std::uint32_t add_material(const Material& material);
   /// Throws Error for arrays of different lengths, an index out of range, an unknown material, or a vertex that is not
   /// finite. Drops triangles without area.

@@ -13,6 +13,7 @@
 #include "import/import.h"
 #include "import/scene_changes.h"
 #include "scene/light_rig.h"
+#include "scene/scene_checks.h"
 
 namespace glowworm::api {
 
@@ -215,6 +216,56 @@ std::uint32_t SceneBuilder::add_texture(int width, int height, std::span<const R
   return static_cast<std::uint32_t>(implementation_->scene.textures.size() - 1);
 }
 
+namespace {
+
+std::vector<RGB> inner(std::span<const Rgb> colors) {
+  std::vector<RGB> out;
+  for (const Rgb& color : colors) out.push_back(inner(color));
+  return out;
+}
+
+/// Checks the index of a medium. @param owner names it
+std::uint32_t known_medium(std::uint32_t medium, std::size_t media, const std::string& owner) {
+  check(medium == kVacuum || medium < media,
+        owner + " names medium " + std::to_string(medium) + " of " + std::to_string(media), "Add the medium before.");
+  return medium;
+}
+
+}  // namespace
+
+std::uint32_t SceneBuilder::add_medium(const Medium& m) {
+  static_assert(kVacuum == kNone);
+  const std::string what = "medium '" + m.name + "'";
+  glowworm::Medium out;
+  out.name = m.name;
+  out.sigma_a = inner(m.absorption);
+  out.sigma_s = inner(m.scattering);
+  out.g = m.mean_cosine;
+  out.emission = inner(m.emission);
+  if (m.box) {
+    check_finite(m.box->first, "a corner of " + what);
+    check_finite(m.box->second, "a corner of " + what);
+    out.bounds.emplace().grow(inner(m.box->first));
+    out.bounds->grow(inner(m.box->second));
+  }
+  if (m.cells != std::array<int, 3>{0, 0, 0}) {
+    check(m.box.has_value(), what + " has a grid without a box", "Give the box that the cells divide.");
+    out.grid = std::make_shared<const MediumGrid>(MediumGridValues{m.cells,
+                                                                   {m.density_grid.begin(), m.density_grid.end()},
+                                                                   inner(m.absorption_grid),
+                                                                   inner(m.scattering_grid),
+                                                                   inner(m.emission_grid)});
+  }
+  check_medium(out, 0);
+  implementation_->scene.media.push_back(std::move(out));
+  return static_cast<std::uint32_t>(implementation_->scene.media.size() - 1);
+}
+
+void SceneBuilder::set_ambient_medium(std::uint32_t medium) {
+  SceneDescription& scene = implementation_->scene;
+  scene.ambient_medium = known_medium(medium, scene.media.size(), "the space of the scene");
+}
+
 std::uint32_t SceneBuilder::add_material(const Material& m) {
   check(is_share(m.color.r) && is_share(m.color.g) && is_share(m.color.b) && is_share(m.roughness) &&
             is_share(m.metallic),
@@ -234,6 +285,9 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
   }
   out.roughness_u.value = out.roughness_v.value = m.roughness;
   out.ior = m.ior;
+  const std::size_t media = implementation_->scene.media.size();
+  if (m.inside) out.inside = known_medium(*m.inside, media, "material '" + m.name + "'");
+  if (m.outside) out.outside = known_medium(*m.outside, media, "material '" + m.name + "'");
   switch (m.kind) {
     case Material::Kind::diffuse:
       break;
@@ -258,6 +312,9 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
       out.kind = MaterialKind::coated_diffuse;
       out.coat_thickness = 0;
       out.coat_bounces = 0;  // unlimited
+      break;
+    case Material::Kind::interface:
+      out.kind = MaterialKind::interface;
       break;
     default:  // a program may cast any number
       check(false, "material '" + m.name + "' is of no kind", "Give one of Material::Kind.");

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -24,20 +25,75 @@ using api::Scene;
 using api::SceneBuilder;
 
 // In the order of Material::Kind.
-const std::vector<std::string> kKinds = {"diffuse", "metal", "glass", "glossy", "pane", "plastic"};
+const std::vector<std::string> kKinds = {"diffuse", "metal", "glass", "glossy", "pane", "plastic", "interface"};
 
-std::uint32_t add_material(SceneBuilder& builder, const std::string& kind, const py::object& rgb, float roughness,
-                           float metallic, float ior, std::optional<std::uint32_t> color_texture,
-                           const std::string& name) {
-  Material material;
-  material.kind = choice<Material::Kind>("kind", kind, kKinds);
-  material.color = color(rgb, "color");
-  material.roughness = roughness;
-  material.metallic = metallic;
-  material.ior = ior;
-  material.color_texture = color_texture;
-  material.name = name;
+/// Media on the sides of a surface: an index, -1 for vacuum, or None.
+std::optional<std::uint32_t> side(std::optional<std::int64_t> medium, const char* name) {
+  if (!medium) return std::nullopt;
+  if (*medium < -1 || *medium >= api::kVacuum) throw py::value_error(std::string(name) + " is no index of a medium");
+  return *medium == -1 ? api::kVacuum : static_cast<std::uint32_t>(*medium);
+}
+
+/// Adds a material with media on its sides.
+std::uint32_t add_material(SceneBuilder& builder, Material material, std::optional<std::int64_t> inside,
+                           std::optional<std::int64_t> outside) {
+  material.inside = side(inside, "inside");
+  material.outside = side(outside, "outside");
   return builder.add_material(material);
+}
+
+/// The numbers of add_medium(): a colour for all of the medium, or a grid of them, whose shape all grids share.
+class MediumArrays {
+ public:
+  /// Reads an argument as a colour, or as a grid of colours, of which `grid` is set and the colour is 1.
+  api::Rgb color_or_grid(const py::object& argument, const char* name, std::span<const api::Rgb>& grid) {
+    const Floats array = floats(argument, name);
+    if (array.ndim() != 4) return color(argument, name);
+    if (array.shape(3) != 3) throw py::value_error(std::string(name) + " is not of shape (nz, ny, nx, 3)");
+    grid = rows<api::Rgb>(keep(array, name));
+    return {1, 1, 1};
+  }
+  std::span<const float> density(const py::object& argument) {
+    if (argument.is_none()) return {};
+    const Floats array = floats(argument, "density");
+    if (array.ndim() != 3) throw py::value_error("density is not of shape (nz, ny, nx)");
+    return rows<float>(keep(array, "density"));
+  }
+  const std::array<int, 3>& cells() const { return cells_; }
+
+ private:
+  const Floats& keep(const Floats& array, const char* name) {
+    const std::array<int, 3> cells{static_cast<int>(array.shape(2)), static_cast<int>(array.shape(1)),
+                                   static_cast<int>(array.shape(0))};
+    if (!kept_.empty() && cells != cells_)
+      throw py::value_error(std::string(name) + " has another number of cells than the grids before it");
+    cells_ = cells;
+    kept_.push_back(array);
+    return kept_.back();
+  }
+
+  std::vector<Floats> kept_;
+  std::array<int, 3> cells_{0, 0, 0};
+};
+
+std::uint32_t add_medium(SceneBuilder& builder, const py::object& absorption, const py::object& scattering, float g,
+                         const py::object& emission, const py::object& box, const py::object& density,
+                         const std::string& name) {
+  api::Medium medium;
+  MediumArrays arrays;
+  medium.absorption = arrays.color_or_grid(absorption, "absorption", medium.absorption_grid);
+  medium.scattering = arrays.color_or_grid(scattering, "scattering", medium.scattering_grid);
+  medium.emission = arrays.color_or_grid(emission, "emission", medium.emission_grid);
+  medium.density_grid = arrays.density(density);
+  medium.cells = arrays.cells();
+  medium.mean_cosine = g;
+  if (!box.is_none()) {
+    const Floats corners = vectors(box, "box");
+    if (corners.shape(0) != 2) throw py::value_error("box is not of shape (2, 3)");
+    medium.box = {rows<api::Vec3>(corners)[0], rows<api::Vec3>(corners)[1]};
+  }
+  medium.name = name;
+  return builder.add_medium(medium);
 }
 
 /// The options of add_mesh() beside the arrays.
@@ -248,14 +304,45 @@ void bind_builder(py::module_& module) {
   py::class_<SceneBuilder> builder(module, "SceneBuilder", "Makes a scene from arrays, step by step.");
   builder.def(py::init<const std::string&>(), py::arg("name") = "scene")
       .def(
-          "add_material", &add_material, py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5,
-          py::arg("roughness") = 0.0f, py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f,
-          py::arg("color_texture") = py::none(), py::arg("name") = "",
+          "add_material",
+          [](SceneBuilder& self, const std::string& kind, const py::object& rgb, float roughness, float metallic,
+             float ior, std::optional<std::uint32_t> color_texture, const std::string& name,
+             std::optional<std::int64_t> inside, std::optional<std::int64_t> outside) {
+            return add_material(self,
+                                {choice<Material::Kind>("kind", kind, kKinds),
+                                 color(rgb, "color"),
+                                 color_texture,
+                                 roughness,
+                                 metallic,
+                                 ior,
+                                 name,
+                                 {},
+                                 {}},
+                                inside, outside);
+          },
+          py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5, py::arg("roughness") = 0.0f,
+          py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f, py::arg("color_texture") = py::none(),
+          py::arg("name") = "", py::arg("inside") = py::none(), py::arg("outside") = py::none(),
           "Adds a material and returns its index.\n\n"
           "kind: 'diffuse', 'metal', 'glass', 'glossy' (glTF's metallic-roughness), 'pane' (glass without thickness)\n"
-          "or 'plastic' (diffuse under a clear coat). color: RGB or one number in [0, 1]. roughness: GGX alpha in\n"
+          "'plastic' (diffuse under a clear coat) or 'interface' (lets light pass, parts media). color: RGB or one "
+          "number in [0, 1]. roughness: GGX alpha in\n"
           "[0, 1]; of 'glossy' its square root. ior: index of refraction. color_texture: returned by add_texture(); a\n"
-          "factor on color.")
+          "factor on color. inside, outside: media on the two sides, returned by add_medium(); -1: vacuum; None: what "
+          "is\n"
+          "around.")
+      .def("add_medium", &add_medium, py::arg("absorption") = 0.0f, py::arg("scattering") = 0.0f, py::kw_only(),
+           py::arg("g") = 0.0f, py::arg("emission") = 0.0f, py::arg("box") = py::none(),
+           py::arg("density") = py::none(), py::arg("name") = "medium",
+           "Adds a medium, such as fog, and returns its index.\n\n"
+           "absorption, scattering: coefficients, m^-1. emission: W sr^-1 m^-2; the medium emits this times "
+           "absorption.\n"
+           "Each is RGB, one number, or a grid of colours across the box, (nz, ny, nx, 3). density: (nz, ny, nx), a "
+           "factor\non both coefficients. g: mean cosine of the phase function, in (-1, 1). box: two corners, metres; "
+           "None: all\nspace that the medium is in.")
+      .def("set_ambient_medium", &SceneBuilder::set_ambient_medium, py::arg("medium"),
+           "Fills all space that no surface encloses by name. Without a box, the medium lets no light from infinity "
+           "pass.")
       .def(
           "add_texture", &add_texture, py::arg("image"),
           "Adds a texture and returns its index. image: (height, width, 3), linear RGB in [0, 1], row by row from the\n"

@@ -365,6 +365,27 @@ TEST(Api, SensorsMeasureTheSun) {
   EXPECT_THAT(error_of([&] { gw::measure(scene, {}, {}); }), HasSubstr("no sensors"));
 }
 
+TEST(Api, MediaAreCheckedWhereTheyAreAdded) {
+  gw::SceneBuilder builder;
+  const float density[] = {1, 2, 3};
+  gw::Medium smoke;
+  smoke.scattering = {1, 2, 3};
+  smoke.name = "smoke";
+  smoke.cells = {1, 1, 2};
+  EXPECT_THAT(error_of([&] { builder.add_medium(smoke); }), HasSubstr("medium 'smoke' has a grid without a box"));
+  smoke.box = {gw::Vec3{0, 0, 0}, gw::Vec3{1, 1, 1}};
+  smoke.density_grid = density;
+  EXPECT_THAT(error_of([&] { builder.add_medium(smoke); }), HasSubstr("2 cells has 3 values of density"));
+  smoke.cells = {1, 1, 3};
+  gw::Material surface;
+  surface.kind = gw::Material::Kind::interface;
+  surface.inside = builder.add_medium(smoke);
+  surface.outside = gw::kVacuum;
+  builder.add_mesh(square(builder.add_material(surface)));
+  EXPECT_EQ(builder.build().triangle_count(), 2u);
+  EXPECT_THAT(error_of([&] { builder.add_material(surface); }), HasSubstr("medium 0 of 0"));
+}
+
 TEST(Api, OptionsOfLoadingChangeAScene) {
   const std::string path = testing::TempDir() + "square.obj";
   std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";

@@ -203,3 +203,33 @@ def test_textures_colour_surfaces():
         builder.add_material(color_texture=7)
     with pytest.raises(glowworm.Error, match="out of range"):
         builder.add_texture(np.full((1, 1, 3), 2.0))
+
+
+def test_media_fill_boxes_and_bodies():
+    def builder():
+        out = glowworm.SceneBuilder()
+        out.add_medium(0.1, (1, 2, 3), g=0.5, emission=2, name="fog")
+        return out
+
+    made = builder()
+    grid = np.arange(24, dtype=np.float32).reshape(2, 3, 4)
+    smoke = made.add_medium(1, np.ones((2, 3, 4, 3)), density=grid, box=[[0, 0, 0], [4, 3, 2]])
+    assert smoke == 1
+    made.set_ambient_medium(0)
+    made.add_material("interface", inside=smoke, outside=0)
+    made.add_material("glass", inside=-1)
+    made.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert made.build().triangles.shape == (1, 3)
+    for match, mistake in [
+        ("medium 3 of 1", lambda b: b.add_material(inside=3)),
+        ("medium 3 of 1", lambda b: b.set_ambient_medium(3)),
+        ("g = 1", lambda b: b.add_medium(1, 1, g=1)),
+        ("sigma_s of", lambda b: b.add_medium(1, -1)),
+        ("density is -1", lambda b: b.add_medium(1, 1, density=-np.ones((1, 1, 1)), box=[[0, 0, 0], [1, 1, 1]])),
+        ("grid without a box", lambda b: b.add_medium(1, 1, density=np.ones((1, 1, 1)))),
+        ("fills a box", lambda b: b.add_medium(1, 1, box=[[0, 0, 0], [1, 0, 1]])),
+    ]:
+        with pytest.raises(glowworm.Error, match=match):
+            mistake(builder())
+    with pytest.raises(ValueError, match="another number of cells"):
+        builder().add_medium(np.ones((1, 1, 2, 3)), 1, density=grid, box=[[0, 0, 0], [1, 1, 1]])

@@ -102,7 +102,21 @@ class SceneBuilder:
         ior: float = ...,
         color_texture: Optional[int] = ...,
         name: str = ...,
+        inside: Optional[int] = ...,
+        outside: Optional[int] = ...,
     ) -> int: ...
+    def add_medium(
+        self,
+        absorption: Union[Color, ArrayLike] = ...,
+        scattering: Union[Color, ArrayLike] = ...,
+        *,
+        g: float = ...,
+        emission: Union[Color, ArrayLike] = ...,
+        box: Optional[ArrayLike] = ...,
+        density: Optional[ArrayLike] = ...,
+        name: str = ...,
+    ) -> int: ...
+    def set_ambient_medium(self, medium: int) -> None: ...
     def add_texture(self, image: ArrayLike) -> int: ...
     def add_mesh(
         self,
