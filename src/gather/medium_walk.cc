@@ -7,6 +7,10 @@ namespace glowworm {
 
 namespace {
 
+/// Parts of equal opacity into which a gather ray's way through a homogeneous medium is divided: one of them is looked
+/// up. The rays of a point together see all parts, and a lookup costs as the length of its segment.
+constexpr float kParts = 8;
+
 /// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
 /// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
 template <typename Visit>
@@ -53,11 +57,11 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   RGB passed(1.0f), emitted(0.0f);
   bool scatters = false;
   for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
-    const RGB sigma_t = here.sigma_a + here.sigma_s, left = transmittance(sigma_t, last - first);
+    const RGB sigma_t = here.sigma_a + here.sigma_s, stopped = opacity(sigma_t, last - first);
     for (int c = 0; c < 3; ++c)
-      if (here.emission[c] > 0) emitted[c] += passed[c] * here.emission[c] * (1 - left[c]) / sigma_t[c];
+      if (here.emission[c] > 0) emitted[c] += passed[c] * here.emission[c] * stopped[c] / sigma_t[c];
     scatters |= !is_black(here.sigma_s);
-    passed *= left;
+    passed *= transmittance(sigma_t, last - first);
   });
   if (!is_black(emitted) && !photons_alone_) radiance_.add(*target.part, target.slot, path.throughput * emitted, kNone);
   if (!scatters) return;
@@ -67,13 +71,10 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
     if (!(sampler.next1() < chosen)) return;
     throughput *= 1 / chosen;
   }
-  RGB weight = throughput;
-  for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
-    const RGB sigma_t = here.sigma_a + here.sigma_s;
-    segments_.push_back(path.ray.origin + path.ray.direction * first, path.ray.direction, last - first,
-                        {sigma_t, here.sigma_s, medium.g, path.medium.index}, weight, target.slot);
-    weight *= transmittance(sigma_t, last - first);
-  });
+  if (target.by_opacity && is_homogeneous(medium))
+    add_part(medium, path, length, throughput, target, sampler.next1());
+  else
+    add_segments(medium, path, length, throughput, target);
   if (photons_alone_) return;
   const Scene& scene = tracer_.scene();
   const LitSegment segment(medium, path, length, true);
@@ -88,6 +89,31 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   if (by_angle.sample.pdf > 0)
     add(by_angle, balance_heuristic(1, by_angle.sample.pdf, 1, by_angle.by_place * by_angle.by_transmittance),
         throughput, target);
+}
+
+void MediumWalk::add_segments(const Medium& medium, const PathState& path, float length, RGB throughput,
+                              const Target& target) {
+  for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
+    const RGB sigma_t = here.sigma_a + here.sigma_s;
+    segments_.push_back(path.ray.origin + path.ray.direction * first, path.ray.direction, last - first,
+                        {sigma_t, here.sigma_s, medium.g, path.medium.index}, throughput, target.slot);
+    throughput *= transmittance(sigma_t, last - first);
+  });
+}
+
+void MediumWalk::add_part(const Medium& medium, const PathState& path, float length, RGB throughput,
+                          const Target& target, float u) {
+  const MediumSpan span = span_in(medium, path.ray.origin, path.ray.direction, 0, length);
+  const RGB sigma_t = medium.sigma_a + medium.sigma_s;
+  const float most = max_component(sigma_t), stopped = max_component(opacity(sigma_t, span.last - span.first));
+  const float part = std::floor(u * kParts);
+  const auto end_of = [&](float parts) {
+    return std::min(-std::log1p(-stopped * parts / kParts) / most, span.last - span.first);
+  };
+  const float first = end_of(part), last = part + 1 < kParts ? end_of(part + 1) : span.last - span.first;
+  segments_.push_back(path.ray.origin + path.ray.direction * (span.first + first), path.ray.direction, last - first,
+                      {sigma_t, medium.sigma_s, medium.g, path.medium.index},
+                      throughput * transmittance(sigma_t, first) * kParts, target.slot);
 }
 
 void MediumWalk::add(const SegmentLight& light, float weight, RGB throughput, const Target& target) {

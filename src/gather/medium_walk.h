@@ -32,6 +32,9 @@ class MediumWalk {
 
  private:
   void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
+  void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target);
+  void add_part(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
+                float u);
   void add(const SegmentLight& light, float weight, RGB throughput, const Target& target);
 
   const Tracer& tracer_;

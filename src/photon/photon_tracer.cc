@@ -65,8 +65,8 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
   pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
   pass.in_media.append(chunk.in_media);
   pass.beams.append(chunk.beams);
-  pass.stored +=
-      chunk.count + chunk.in_media.size() + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
+  // A path leaves a beam wherever it leaves a photon in a medium, and more.
+  pass.stored += chunk.count + chunk.beams.size() + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 
@@ -166,7 +166,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   pass.used_by_light.resize(tracer.scene().light_source_count());
   // Without a place for photons, more paths do not help.
   if (settings.choice != PhotonChoice::all || settings.discs || settings.on_all_surfaces ||
-      may_have_lobes(tracer.scene(), kBroad))
+      may_have_lobes(tracer.scene(), kBroad) || !tracer.scene().media().empty())
     trace_waves(tracer, settings, pass);
   if (!settings.demand) pass.used_by_light = pass.stored_by_light;
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));

@@ -54,11 +54,9 @@ MediumSample sample_homogeneous(const Medium& medium, MediumSpan span, RGB throu
   const int channel = choose_channel(throughput, u.x);
   const float free = -std::log1p(-u.y) / sigma_t[channel], length = span.last - span.first;
   MediumSample out;
-  const RGB passed = transmittance(sigma_t, length);
-  for (int c = 0; c < 3; ++c) {
-    const float reach = sigma_t[c] > 0 ? (1 - passed[c]) / sigma_t[c] : length;
-    if (medium.emission[c] > 0) out.emitted[c] = medium.emission[c] * medium.sigma_a[c] * reach;
-  }
+  const RGB passed = transmittance(sigma_t, length), stopped = opacity(sigma_t, length);
+  for (int c = 0; c < 3; ++c)
+    if (medium.sigma_a[c] > 0) out.emitted[c] = medium.emission[c] * medium.sigma_a[c] * stopped[c] / sigma_t[c];
   if (is_black(medium.sigma_s)) {
     out.weight = passed;
     return out;
@@ -78,6 +76,11 @@ MediumSample sample_homogeneous(const Medium& medium, MediumSpan span, RGB throu
 
 RGB transmittance(RGB sigma_t, float distance) {
   const auto channel = [distance](float sigma) { return sigma > 0 ? std::exp(-sigma * distance) : 1.0f; };
+  return {channel(sigma_t.r), channel(sigma_t.g), channel(sigma_t.b)};
+}
+
+RGB opacity(RGB sigma_t, float distance) {
+  const auto channel = [distance](float sigma) { return sigma > 0 ? -std::expm1(-sigma * distance) : 0.0f; };
   return {channel(sigma_t.r), channel(sigma_t.g), channel(sigma_t.b)};
 }
 

@@ -86,7 +86,8 @@ float mean_over_channels(RGB throughput, RGB values);
 /// tracking (Novak et al., "Residual Ratio Tracking", 2014), whose random numbers belong to the ray.
 RGB transmittance(const Medium& medium, const Ray& ray, float length);
 
-/// Transmittance of so many metres of a homogeneous medium. @param sigma_t m^-1
+/// Transmittance of so many metres of a homogeneous medium, and one minus that. @param sigma_t m^-1
 RGB transmittance(RGB sigma_t, float distance);
+RGB opacity(RGB sigma_t, float distance);
 
 }  // namespace glowworm

@@ -53,8 +53,8 @@ RGB LitSegment::density_of_places(float distance) const {
   const RGB sigma_t = medium_->sigma_a + medium_->sigma_s;
   RGB density = sigma_t * transmittance(sigma_t, distance - span_.first);
   if (!always_) return density;
-  const RGB passed = transmittance(sigma_t, span_.last - span_.first);
-  for (int c = 0; c < 3; ++c) density[c] = sigma_t[c] > 0 ? density[c] / (1 - passed[c]) : 0.0f;
+  const RGB stopped = opacity(sigma_t, span_.last - span_.first);
+  for (int c = 0; c < 3; ++c) density[c] = stopped[c] > 0 ? density[c] / stopped[c] : 0.0f;
   return density;
 }
 
@@ -96,8 +96,9 @@ SegmentLight LitSegment::sample_by_transmittance(const Scene& scene, Vec2 u_lamp
   if (is_homogeneous(*medium_)) {
     const RGB sigma_t = medium_->sigma_a + medium_->sigma_s;
     const int channel = choose_channel(throughput_, u_place.x);
-    const float opacity = 1 - transmittance(sigma_t, span_.last - span_.first)[channel];
-    out.distance = std::min(span_.first - std::log1p(-u_place.y * opacity) / sigma_t[channel], span_.last);
+    const float stopped = opacity(sigma_t, span_.last - span_.first)[channel];
+    if (!(stopped > 0)) return out;
+    out.distance = std::min(span_.first - std::log1p(-u_place.y * stopped) / sigma_t[channel], span_.last);
     out.weight = reaching(out.distance) / transmittance_pdf(out.distance);
   } else {
     const MediumSample scattering = sample_medium(*medium_, ray_, span_.last, throughput_, u_place);

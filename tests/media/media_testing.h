@@ -1,0 +1,80 @@
+// Scenes with participating media.
+#pragma once
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/parallel.h"
+#include "gather/point_pass.h"
+#include "render/render_testing.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+
+inline Medium medium_of(float sigma_t, float albedo, float g = 0) {
+  Medium medium;
+  medium.sigma_s = RGB(sigma_t * albedo);
+  medium.sigma_a = RGB(sigma_t * (1 - albedo));
+  medium.g = g;
+  return medium;
+}
+
+/// The same medium with a grid of even density.
+inline Medium as_grid(Medium medium, Box3 bounds) {
+  medium.bounds = bounds;
+  MediumGridValues values;
+  values.size = {3, 3, 3};
+  values.density.assign(27, 1.0f);
+  // Densities fall off in the outer half of the border's cells: those are put outside.
+  medium.grid = std::make_shared<const MediumGrid>(std::move(values));
+  const Vec3 half = bounds.diagonal() * 0.25f;
+  medium.bounds = Box3{bounds.min - half, bounds.max + half};
+  return medium;
+}
+
+/// Adds a material of that albedo, 0 for black.
+inline std::uint32_t add_material(SceneDescription& d, float albedo) {
+  d.materials.emplace_back().reflectance.value = RGB(albedo);
+  return static_cast<std::uint32_t>(d.materials.size() - 1);
+}
+
+/// Adds the six sides of a box, whose fronts face outwards.
+inline void add_box(SceneDescription& d, Vec3 low, Vec3 high, std::uint32_t material, std::uint32_t emission = kNone) {
+  const Vec3 s = high - low;
+  const Vec3 x{s.x, 0, 0}, y{0, s.y, 0}, z{0, 0, s.z};
+  add_quad(d, low, y, x, material, emission);
+  add_quad(d, low, x, z, material, emission);
+  add_quad(d, low, z, y, material, emission);
+  add_quad(d, high, -x, -y, material, emission);
+  add_quad(d, high, -z, -x, material, emission);
+  add_quad(d, high, -y, -z, material, emission);
+}
+
+/// Adds an interface around a box of a medium in vacuum.
+inline void add_medium_box(SceneDescription& d, Vec3 low, Vec3 high, Medium medium) {
+  Material interface;
+  interface.kind = MaterialKind::interface;
+  interface.inside = static_cast<std::uint32_t>(d.media.size());
+  interface.outside = kNone;
+  d.media.push_back(std::move(medium));
+  d.materials.push_back(interface);
+  add_box(d, low, high, static_cast<std::uint32_t>(d.materials.size() - 1));
+}
+
+/// Irradiance at points that face the same way.
+inline std::vector<double> irradiance(const Stage& stage, const RenderSettings& settings, std::vector<Vec3> positions,
+                                      std::vector<Vec3> normals) {
+  PointGrid grid;
+  grid.width = static_cast<int>(positions.size());
+  grid.height = 1;
+  grid.position = std::move(positions);
+  grid.normal = std::move(normals);
+  Job job(stage.scene, stage.tracer, settings, nullptr, 0, std::make_shared<const PointGrid>(grid));
+  job.wait();
+  std::vector<double> out;
+  for (const RGB& pixel : pixels(job.snapshot())) out.push_back(luminance(pixel));
+  return out;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,288 @@
+// Light in media against closed forms and tables. Every bound is at least four standard errors, told by eight seeds.
+#include <gtest/gtest.h>
+
+#include "media/media_testing.h"
+
+namespace glowworm {
+namespace {
+
+/// A sun that shines down the z axis at an angle, with irradiance 1 across its light.
+Light sun_at(float degrees) {
+  Light sun;
+  sun.kind = LightKind::directional;
+  const float angle = degrees * kPi / 180;
+  sun.direction = {std::sin(angle), 0, -std::cos(angle)};
+  sun.intensity = RGB(1.0f);
+  return sun;
+}
+
+/// A slab of a medium from z = -depth to 0, wide beside its depth. A speck below makes it a scene.
+SceneDescription slab(Medium medium, float depth, float width) {
+  SceneDescription d;
+  add_quad(d, {0, 0, -2 * depth}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, add_material(d, 0));
+  add_medium_box(d, {-width / 2, -width / 2, -depth}, {width / 2, width / 2, 0}, std::move(medium));
+  return d;
+}
+
+struct SlabCase {
+  float albedo, tau;
+  double reflected[3], passed[3];  // sun along the normal, sun at 60 degrees, even light
+};
+
+// By integral equations (van de Hulst); albedo 1 and tau 1 in even light is Heaslet and Warming's.
+constexpr SlabCase kSlabs[] = {
+    {1, 1, {0.34133, 0.49837, 0.44659}, {0.65867, 0.50162, 0.55341}},
+    {0.9f, 1, {0.26741, 0.39366, 0.35271}, {0.59162, 0.41484, 0.47475}},
+    {0.5f, 1, {0.09912, 0.14975, 0.13417}, {0.44606, 0.23029, 0.30671}},
+    {1, 4, {0.69091, 0.78552, 0.75401}, {0.30906, 0.21446, 0.24596}},
+    {0.9f, 4, {0.40814, 0.50409, 0.47318}, {0.12852, 0.07182, 0.09056}},
+    {0.9f, 0.1f, {0.04210, 0.08038, 0.07443}, {0.94675, 0.89838, 0.90595}},
+};
+
+class Slabs : public testing::TestWithParam<SlabCase> {};
+
+/// Reflected and passed light of a slab by sensors beside it, over the light that falls on it.
+void expect_slab(const SlabCase& of, int light, const RenderSettings& settings, double tolerance) {
+  // Such that a share of 1e-4 of the light at most has passed the borders.
+  SceneDescription d = slab(medium_of(of.tau, of.albedo), 1, of.tau < 1 ? 240 : 60);
+  double falls = 1;
+  if (light == 2) {
+    // A hemisphere of even light is half an environment: it also shines from below, as much on either side.
+    d.environment = Environment{};
+    falls = kPi;
+  } else {
+    d.lights.push_back(sun_at(light == 0 ? 0.0f : 60.0f));
+    falls = light == 0 ? 1 : 0.5;
+  }
+  const Stage stage(std::move(d));
+  const std::vector<double> e = irradiance(stage, settings, {{0, 0, 0.01f}, {0, 0, -1.01f}}, {{0, 0, -1}, {0, 0, 1}});
+  if (light == 2) {
+    EXPECT_NEAR(e[0] / falls, of.reflected[2] + of.passed[2], tolerance);
+    return;
+  }
+  EXPECT_NEAR(e[0] / falls, of.reflected[light], tolerance) << "reflected";
+  EXPECT_NEAR(e[1] / falls, of.passed[light], tolerance) << "passed";
+}
+
+TEST_P(Slabs, ByPathTracing) {
+  for (int light = 0; light < 3; ++light) {
+    SCOPED_TRACE(light);
+    expect_slab(GetParam(), light, by_path(1, 1 << 15), 0.01 * GetParam().passed[0] + 0.003);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, Slabs, testing::ValuesIn(kSlabs));
+
+struct HalfSpaceCase {
+  float albedo;
+  double normal, at_60;  // radiance along the normal by a sun of irradiance 1 along the normal, and at 60 degrees
+};
+
+class HalfSpaces : public testing::TestWithParam<HalfSpaceCase> {};
+
+// a H(1)^2 / (8 pi) and its like (Chandrasekhar, Radiative Transfer, 1950).
+TEST_P(HalfSpaces, ByPathTracing) {
+  for (const float degrees : {0.0f, 60.0f}) {
+    SceneDescription d = slab(medium_of(1, GetParam().albedo), 60, 400);
+    d.lights.push_back(sun_at(degrees));
+    d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 1, 1));
+    const Mean seen = mean(Stage(std::move(d)).render(by_path(8, 512)));
+    const double right = degrees == 0 ? GetParam().normal : GetParam().at_60;
+    EXPECT_NEAR(seen.luminance(), right, 0.015 * right) << degrees;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, HalfSpaces,
+                         testing::Values(HalfSpaceCase{0.5f, 0.031148, 0.019711},
+                                         HalfSpaceCase{0.8f, 0.081306, 0.047931},
+                                         HalfSpaceCase{0.9f, 0.122572, 0.068727},
+                                         HalfSpaceCase{0.99f, 0.240863, 0.120042}));
+
+/// A closed black box of a medium that only scatters, around a lamp: all light arrives at the walls.
+class BlackBox : public testing::TestWithParam<Medium> {};
+
+double power_on_walls(const Medium& medium, const RenderSettings& settings) {
+  SceneDescription d;
+  const std::uint32_t black = add_material(d, 0);
+  d.materials[black].inside = 0;
+  d.materials[black].outside = kNone;
+  d.media.push_back(medium);
+  add_box(d, {-1, -1, -1}, {1, 1, 1}, black);
+  Light lamp;
+  lamp.position = {0.3f, -0.2f, 0.4f};
+  lamp.intensity = RGB(1 / (4 * kPi));
+  d.lights.push_back(lamp);
+  const Stage stage(std::move(d));
+  std::vector<Vec3> positions, normals;
+  constexpr int kSide = 12;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-1.0f, 1.0f})
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const float u = (static_cast<float>(i % kSide) + 0.5f) * 2 / kSide - 1,
+                    v = (static_cast<float>(i / kSide) + 0.5f) * 2 / kSide - 1, w = side * 0.999f;
+        positions.push_back(axis == 0 ? Vec3{w, u, v} : axis == 1 ? Vec3{u, w, v} : Vec3{u, v, w});
+        normals.push_back(axis == 0 ? Vec3{-side, 0, 0} : axis == 1 ? Vec3{0, -side, 0} : Vec3{0, 0, -side});
+      }
+  double sum = 0;
+  for (const double e : irradiance(stage, settings, positions, normals)) sum += e * 4 / (kSide * kSide);
+  return sum;
+}
+
+TEST_P(BlackBox, KeepsAllLightByPathTracing) { EXPECT_NEAR(power_on_walls(GetParam(), by_path(1, 128)), 1, 0.03); }
+TEST_P(BlackBox, KeepsAllLightByPhotons) {
+  EXPECT_NEAR(power_on_walls(GetParam(), by_photons(1, 2, 16, 50'000, "blocked")), 1, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, BlackBox,
+                         testing::Values(medium_of(0.2f, 1, 0.6f), medium_of(1, 1), medium_of(1, 1, -0.4f)));
+
+/// Even light stays even in a medium that only scatters.
+TEST(MediaFurnace, KeepsTheEnvironment) {
+  for (const float sigma : {0.2f, 5.0f}) {
+    SceneDescription d;
+    add_medium_box(d, {-1, -1, -1}, {1, 1, 1}, medium_of(sigma, 1, 0.3f));
+    d.environment = Environment{};
+    d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 5, 2.4f));
+    const Stage stage(std::move(d));
+    EXPECT_NEAR(mean(stage.render(by_path(8, 128))).luminance(), 1, 0.005) << sigma;
+  }
+}
+
+/// A medium as bright as the walls is not seen.
+TEST(MediaFurnace, EmitsAsTheWalls) {
+  for (const bool grid : {false, true})
+    for (const float albedo : {0.0f, 0.5f, 0.9f}) {
+      SceneDescription d;
+      const std::uint32_t walls = add_material(d, 0);
+      d.materials[walls].inside = 0;
+      Medium medium = medium_of(1.5f, albedo);
+      medium.emission = RGB(1.0f);
+      d.media.push_back(grid ? as_grid(medium, Box3{{-1, -1, -1}, {1, 1, 1}}) : medium);
+      add_box(d, {-1, -1, -1}, {1, 1, 1}, walls, add_emission(d, RGB(1.0f), true));
+      d.cameras.push_back(look_at({0.2f, 0.1f, 0.5f}, {0, 0, -1}, {0, 1, 0}, 60));
+      const Stage stage(std::move(d));
+      EXPECT_NEAR(mean(stage.render(by_path(8, 64))).luminance(), 1, 0.005) << albedo;
+    }
+}
+
+struct AirlightCase {
+  float sigma, height;
+  double radiance;
+};
+
+/// Light of a point lamp that air scatters once along ten metres, beside the lamp.
+class Airlight : public testing::TestWithParam<AirlightCase> {};
+
+double airlight(const AirlightCase& of, RenderSettings settings) {
+  SceneDescription d;
+  add_quad(d, {-1, -1, -5}, {2, 0, 0}, {0, 2, 0}, add_material(d, 0));
+  d.media.push_back(medium_of(of.sigma, 1));
+  d.ambient_medium = 0;
+  Light lamp;
+  lamp.position = {0, of.height, 0};
+  lamp.intensity = RGB(1.0f);
+  d.lights.push_back(lamp);
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 5, 1e-3f));
+  settings.max_bounces = 1;
+  settings.sampler = SamplerKind::sobol;
+  return mean(Stage(std::move(d)).render(settings)).luminance();
+}
+
+TEST_P(Airlight, ByPathTracing) {
+  EXPECT_NEAR(airlight(GetParam(), by_path(4, 1024)), GetParam().radiance, 0.01 * GetParam().radiance);
+}
+TEST_P(Airlight, ByLightSamplesOfSegments) {
+  EXPECT_NEAR(airlight(GetParam(), by_photons(4, 256, 1, 1000, "blocked")), GetParam().radiance,
+              0.01 * GetParam().radiance);
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, Airlight,
+                         testing::Values(AirlightCase{0.05f, 1, 0.007856}, AirlightCase{0.05f, 0.25f, 0.036627},
+                                         AirlightCase{0.2f, 1, 0.012126}, AirlightCase{0.2f, 0.25f, 0.064269},
+                                         AirlightCase{1, 1, 0.000566}, AirlightCase{1, 0.25f, 0.004511}));
+
+/// A fog with a lamp over a floor, as a homogeneous medium and as a grid.
+SceneDescription foggy_floor(bool grid) {
+  SceneDescription d;
+  const std::uint32_t grey = add_material(d, 0.5f), black = add_material(d, 0);
+  add_quad(d, {-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, grey);
+  add_quad(d, {-0.5f, -0.5f, 1}, {0, 1, 0}, {1, 0, 0}, black, add_emission(d, RGB(5.0f)));
+  Medium fog = medium_of(0.8f, 0.9f, 0.3f);
+  fog.sigma_a.r *= 2;
+  if (grid) fog = as_grid(fog, Box3{{-2, -2, -1}, {2, 2, 1}});
+  add_medium_box(d, {-2, -2, -0.9f}, {2, 2, 0.9f}, fog);
+  d.cameras.push_back(look_at({0, -5, 0.5f}, {0, 0, 0}, {0, 0, 1}, 45));
+  return d;
+}
+
+/// Any number of threads gives the same bits.
+TEST(MediaScenes, HaveTheSameBits) {
+  const int threads = thread_count();
+  for (const bool grid : {false, true}) {
+    const Stage stage(foggy_floor(grid));
+    for (RenderSettings settings : {by_path(12, 2), by_photons(12, 2, 6, 2000, "blocked")}) {
+      std::vector<std::vector<std::uint32_t>> states;
+      for (const int count : {1, 2, 3}) {
+        set_thread_count(count);
+        settings.threads = count;
+        states.push_back(stage.render(settings).save());
+      }
+      EXPECT_EQ(states[0], states[1]) << grid;
+      EXPECT_EQ(states[0], states[2]) << grid;
+    }
+  }
+  set_thread_count(threads);
+}
+
+/// The light of groups is that of the picture, in media, too.
+TEST(MediaScenes, KeepLightGroupsApart) {
+  SceneDescription d = foggy_floor(false);
+  Light lamp;
+  lamp.name = "lamp";
+  lamp.position = {1, 0, 0.2f};
+  lamp.intensity = RGB(1.0f);
+  d.lights.push_back(lamp);
+  const Stage stage(std::move(d));
+  for (RenderSettings settings : {by_path(8, 4), by_photons(8, 4, 6, 2000, "blocked")}) {
+    settings.light_groups = true;
+    const Film film = stage.render(settings);
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      RGB sum;
+      for (std::size_t group = 0; group < film.light_group_count(); ++group) sum += film.light_of_group(group, i);
+      const RGB all = film.radiance(i, false);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], all[c], 1e-4f * all[c] + 1e-6f);
+    }
+  }
+}
+
+/// One medium, as that of the camera and of all space, and as a box around everything.
+TEST(MediaScenes, TellOneMediumInTwoWays) {
+  const auto room = [](bool boxed) {
+    SceneDescription d;
+    const std::uint32_t grey = add_material(d, 0.5f), black = add_material(d, 0);
+    add_quad(d, {-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, grey);
+    add_quad(d, {-0.5f, -0.5f, 1}, {0, 1, 0}, {1, 0, 0}, black, add_emission(d, RGB(5.0f)));
+    Medium fog = medium_of(0.4f, 0.9f, 0.3f);
+    if (boxed) {
+      add_medium_box(d, {-6, -6, -6}, {6, 6, 6}, fog);
+    } else {
+      fog.bounds = Box3{{-6, -6, -6}, {6, 6, 6}};
+      d.media.push_back(fog);
+      d.ambient_medium = 0;
+    }
+    d.cameras.push_back(look_at({0, -4, 0.5f}, {0, 0, 0}, {0, 0, 1}, 60));
+    return Stage(std::move(d));
+  };
+  const Stage as_ambient = room(false), as_box = room(true);
+  const auto seen = [](const Stage& stage, const RenderSettings& settings) {
+    return mean(stage.render(settings)).luminance();
+  };
+  const RenderSettings by_paths = by_path(12, 256), by_maps = by_photons(12, 2, 8, 4000, "blocked");
+  const double paths = seen(as_box, by_paths), photons = seen(as_box, by_maps);
+  EXPECT_NEAR(seen(as_ambient, by_paths), paths, 0.02 * paths);
+  EXPECT_NEAR(seen(as_ambient, by_maps), photons, 0.03 * photons);
+  EXPECT_NEAR(photons, paths, 0.05 * paths) << "also the blur of few photons";
+}
+
+}  // namespace
+}  // namespace glowworm
