@@ -126,8 +126,10 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
   for (const std::string& name : settings_.guide_cameras) guide_cameras_.push_back(&scene_->camera(name));
-  keeps_photons_ = !disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes;
-  const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || keeps_photons_;
+  // Photons in media take an index of their own.
+  const bool has_room =
+      scene_->media().empty() || (!disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes);
+  const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || has_room;
   measures_photon_noise_ =
       !points_ && !settings_.progressive && settings_.part.index <= 1 && (chooses || (states && !helps(ranks_)));
   if (made_->photon_variance) {

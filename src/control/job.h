@@ -277,10 +277,7 @@ class Job {
   PassMemory memory_;
   PassSettings pass_;
   Schedule schedule_;
-  /// Whether the noise of the photons is still to be measured. Where memory is scarce, only renders that end by noise
-  /// do, which trace them again. Of several parts, the first measures.
-  bool measures_photon_noise_ = false;
-  bool keeps_photons_ = false;           ///< beside their map, until their noise is known
+  bool measures_photon_noise_ = false;   ///< it is still to be measured; of several parts, the first does
   std::optional<std::uint32_t> mapped_;  // the pass that map and schedule are of
   std::shared_ptr<Ranks> ranks_;
   std::unique_ptr<Crew> crew_;  // of rank 0

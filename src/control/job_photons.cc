@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <mutex>
 
@@ -54,7 +53,8 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);
-  wanted.kept = measures_photon_noise_ && keeps_photons_;
+  wanted.sampled = measures_photon_noise_;
+  wanted.kept = false;
   wanted.shared = sharers(wanted.pass);
   return wanted;
 }
@@ -87,22 +87,12 @@ void Job::make_maps(const RenderSettings& s, std::uint32_t sample, Statistics& s
 }
 
 void Job::find_photon_noise(std::uint32_t sample) {
-  const auto add_signs = [&] {
-    PhotonMapSettings with_signs = map_settings(settings_, sample);
-    with_signs.signs = true;
-    Statistics not_the_renders;
-    const DiskMemory::Scope scope(disk_.get());
-    made_->maps.update(*tracer_, with_signs, not_the_renders);
-  };
-  constexpr double kPrecision = 0.125;  // as a share of the square of the error asked for
-  const double target = settings_.photon_target > 0 ? settings_.photon_target : settings_.noise_target;
-  const double precision = target > 0 ? kPrecision * target * target : std::numeric_limits<double>::infinity();
   do {
     make_maps(settings_, sample, statistics_);
     {
       const PhaseTimer timer(statistics_, Phase::photon_noise);
-      photon_variance_ = measure_photon_variance(*tracer_, made_->maps, guide_view(), settings_.bounds, guide_pass(),
-                                                 precision, budget_, add_signs);
+      photon_variance_ =
+          measure_photon_variance(*tracer_, made_->maps, guide_view(), settings_.bounds, guide_pass(), budget_);
     }
     detail(fmt::format("{} photons add a relative error of {:.2g}", settings_.photons, std::sqrt(photon_variance_)));
   } while (take_more_photons());

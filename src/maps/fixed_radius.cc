@@ -30,7 +30,7 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
                        const PixelBounds& part, const PassSettings& passes, MemoryBudget& budget) {
   wanted.correction = BoundaryCorrection::none;
   wanted.diagnosed = wanted.kept = true;
-  wanted.narrow = wanted.patches = false;
+  wanted.narrow = wanted.patches = wanted.sampled = false;
   PassSettings pass = passes;
   pass.kind = passes.kind == PassKind::photons ? PassKind::count_seen : PassKind::count_gathered;
   pass.places = pass.fine = pass.by_disk = pass.patches = false;
@@ -39,7 +39,7 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
   pass.values = {};
   pass.light_groups = nullptr;
   pass.guide = nullptr;
-  std::vector<CameraTask> tasks = squares_of(part);
+  std::vector<CameraTask> tasks = squares_of(part, 1024);
   if (tasks.empty()) tasks.push_back({part.x0, part.y0, part.x1, part.y1, 0, 1});
   Statistics not_the_renders;
   for (int round = 0;; ++round) {

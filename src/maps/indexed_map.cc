@@ -16,6 +16,12 @@ namespace {
 /// Memory of a photon in addition to its batch: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 
+template <typename Factor>
+LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
+  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
+  return flux;
+}
+
 std::unique_ptr<DensityEngine> engine_of(const IndexInputs& inputs) {
   return make_engine(inputs.engine, {.reorder = inputs.reorder});
 }
@@ -31,37 +37,14 @@ IndexedMap::Engines index_groups(const IndexedMap::Photons& photons, std::span<c
   }
   IndexedMap::Engines engines;
   for (const std::vector<std::uint32_t>& group : members) {
-    RadiusPolicy policy = whole;
-    policy.order = {};
-    policy.radii.clear();
-    policy.cuts.clear();
-    for (std::uint32_t i = 0; i < group.size(); ++i) {
-      if (!whole.radii.empty()) policy.radii.push_back(whole.radii[group[i]]);
-      if (const PhotonCuts* c = cuts_of(whole.cuts, group[i])) policy.cuts.push_back({i, c->cuts});
-    }
+    const PhotonSample of_group = sample_of(photons.batch, flux, whole, group);
     engines.push_back(engine_of(inputs));
-    engines.back()->build(photons.batch.permuted(group), permuted(flux, group), policy, statistics);
+    engines.back()->build(of_group.photons, of_group.photons.flux, of_group.policy, statistics);
   }
   return engines;
 }
 
-IndexInputs without_signs(IndexInputs inputs) {
-  inputs.signs = false;
-  return inputs;
-}
-
 }  // namespace
-
-std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed) {
-  const std::uint32_t key = hash_combine(seed, kPhotonSignStream);
-  std::vector<RGB> signs(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t bits = hash_combine(key, static_cast<std::uint32_t>(i));
-    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
-    signs[i] = {sign(0), sign(1), sign(2)};
-  }
-  return signs;
-}
 
 std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)
@@ -81,12 +64,13 @@ void IndexedMap::drop_photons() {
   correction_.clear();
 }
 
-bool IndexedMap::is_up_to_date(const IndexInputs& inputs, bool narrow) const {
-  return engines_.is_made_of(inputs) && (!narrow || narrow_.is_made_of(without_signs(inputs))) &&
+bool IndexedMap::is_up_to_date(const IndexInputs& inputs, MoreOfMap more) const {
+  return engines_.is_made_of(inputs) && (!more.narrow || narrow_.is_made_of(inputs)) &&
+         (!more.sample || sample_.is_made_of(inputs)) &&
          (inputs.correction != BoundaryCorrection::estimates || query_radii_.is_made_of(inputs));
 }
 
-void IndexedMap::update(const IndexInputs& inputs, bool narrow, const MapWork& work) {
+void IndexedMap::update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work) {
   {
     const PhaseTimer timer(work.statistics, Phase::build_photon_map);
     radii_.update(inputs, [&] { return measure(inputs); });
@@ -97,10 +81,14 @@ void IndexedMap::update(const IndexInputs& inputs, bool narrow, const MapWork& w
       query_radii_.clear();
   }
   engines_.update(inputs, [&] { return index(inputs, work); });
-  if (narrow)
-    narrow_.update(without_signs(inputs), [&] { return index_narrow(inputs, work); });
+  if (more.narrow)
+    narrow_.update(inputs, [&] { return index_narrow(inputs, work); });
   else
     narrow_.clear();
+  if (more.sample)
+    sample_.update(inputs, [&] { return choose_sample(inputs, work.statistics); });
+  else
+    sample_.clear();
 }
 
 PhotonRadii IndexedMap::measure(const RadiusInputs& inputs) const {
@@ -165,10 +153,8 @@ LargeVector<RGB> IndexedMap::flux() const {
 }
 
 IndexedMap::Engines IndexedMap::index(const IndexInputs& inputs, const MapWork& work) const {
-  LargeVector<RGB> flux = this->flux();
-  if (inputs.signs) flux = flux_times(std::move(flux), random_signs(count_, inputs.seed));
-  if (inputs.light_groups && !inputs.signs)
-    return index_groups(*photons_, flux, policy(inputs), inputs, work.statistics);
+  const LargeVector<RGB> flux = this->flux();
+  if (inputs.light_groups) return index_groups(*photons_, flux, policy(inputs), inputs, work.statistics);
   Engines engines;
   engines.push_back(engine_of(inputs));
   engines.front()->build(photons_->batch, flux, policy(inputs), work.statistics);
@@ -190,9 +176,26 @@ std::unique_ptr<DensityEngine> IndexedMap::index_narrow(const IndexInputs& input
   return engine;
 }
 
+/// One photon of each run.
+PhotonSample IndexedMap::choose_sample(const KernelInputs& inputs, Statistics& statistics) const {
+  const PhaseTimer timer(statistics, Phase::photon_noise);
+  const std::size_t run = std::max<std::size_t>((count_ + kMostSampled - 1) / kMostSampled, 1);
+  const RadiusPolicy policy = this->policy(inputs);
+  std::vector<std::uint32_t> chosen;
+  for (std::size_t first = 0; first + run <= count_; first += run) {
+    const auto at = static_cast<std::uint32_t>(first);
+    const std::uint32_t place = at + hash32(at) % static_cast<std::uint32_t>(run);
+    chosen.push_back(policy.order.empty() ? place : policy.order[place]);
+  }
+  PhotonSample out = sample_of(photons_->batch, flux(), policy, chosen);
+  out.each = static_cast<float>(run);
+  return out;
+}
+
 std::uint64_t IndexedMap::bytes() const {
   std::uint64_t bytes = correction_->cuts.size() * sizeof(PhotonCuts);
   if (narrow()) bytes += narrow()->index_bytes(count_);
+  bytes += sample().photons.size() * (bytes_each<PhotonBatch>() + kBytesBesidePhoton);
   if (query_radii()) bytes += QueryRadii::bytes(count_);
   if (photons_.inputs()) bytes += count_ * (bytes_each<PhotonBatch>() + kBytesBesidePhoton);
   return bytes;

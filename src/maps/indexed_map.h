@@ -9,6 +9,7 @@
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
+#include "density/photon_sample.h"
 #include "density/query_radii.h"
 #include "density/radius.h"
 #include "gather/point_pass.h"
@@ -85,9 +86,14 @@ struct KernelInputs : ReachInputs {
 struct IndexInputs : KernelInputs {
   std::string engine;
   std::uint32_t reorder = 0;
-  bool signs = false;
 
   bool operator==(const IndexInputs&) const = default;
+};
+
+/// What to make beside the engines that renders look up.
+struct MoreOfMap {
+  bool narrow = false;  ///< IndexedMap::narrow()
+  bool sample = false;  ///< IndexedMap::sample()
 };
 
 /// What update() works with beside its inputs; nothing of it changes the result.
@@ -116,9 +122,9 @@ class IndexedMap {
   /// Frees the map and takes photons.
   void set_photons(const PhotonInputs& inputs, Photons photons);
   bool has_photons(const PhotonInputs& inputs) const { return photons_.is_made_of(inputs); }
-  /// Measures radii, corrects kernels and makes the engines. @param narrow make narrow(), too
-  void update(const IndexInputs& inputs, bool narrow, const MapWork& work);
-  bool is_up_to_date(const IndexInputs& inputs, bool narrow) const;
+  /// Measures radii, corrects kernels and makes the engines. @param more to make, too
+  void update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work);
+  bool is_up_to_date(const IndexInputs& inputs, MoreOfMap more) const;
   /// Frees all but the engines, and what correct() needs.
   void drop_photons();
 
@@ -138,6 +144,9 @@ class IndexedMap {
   /// An engine with kernels of half the area, and the factor on their radii; null: not wanted, or no photons.
   const DensityEngine* narrow() const { return narrow_->get(); }
   static constexpr float kNarrow = 0.70710678f;
+  /// At most so many of the photons; empty where that is not wanted.
+  const PhotonSample& sample() const { return *sample_; }
+  static constexpr std::size_t kMostSampled = 32'768;
   /// Radii of estimates; null without BoundaryCorrection::estimates.
   const QueryRadii* query_radii() const { return query_radii_->get(); }
   /// Memory of what there is, but for the engines().
@@ -155,6 +164,7 @@ class IndexedMap {
                              const MapWork& work) const;
   Engines index(const IndexInputs& inputs, const MapWork& work) const;
   std::unique_ptr<DensityEngine> index_narrow(const IndexInputs& inputs, const MapWork& work) const;
+  PhotonSample choose_sample(const KernelInputs& inputs, Statistics& statistics) const;
 
   const char* name_;
   std::size_t count_ = 0;
@@ -163,16 +173,9 @@ class IndexedMap {
   Memo<KernelInputs, Correction> correction_;
   Memo<KernelInputs, std::unique_ptr<QueryRadii>> query_radii_;
   Memo<IndexInputs, Engines> engines_;
-  Memo<IndexInputs, std::unique_ptr<DensityEngine>> narrow_;  // never with signs
+  Memo<IndexInputs, std::unique_ptr<DensityEngine>> narrow_;
+  Memo<KernelInputs, PhotonSample> sample_;
 };
-
-template <typename Factor>
-LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
-  for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
-  return flux;
-}
-/// A sign for each channel of so many photons.
-std::vector<RGB> random_signs(std::size_t count, std::uint32_t seed);
 
 /// Radii times a factor.
 std::vector<float> scaled(std::vector<float> radii, float factor);

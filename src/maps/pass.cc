@@ -54,7 +54,7 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     camera_settings.fine = settings_.fine;
-    camera_settings.photons_alone = settings_.photons_alone;
+    camera_settings.photons_alone = settings_.query_points_alone;
     if (in_media()) camera_settings.segments = &memory_.segments;
     if (settings_.kind == PassKind::photons) {
       camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
@@ -78,12 +78,28 @@ class PassRenderer {
       const PhaseTimer timer(statistics_, Phase::density);
       maps_.correct(tracer_, queries, memory_.found, is_narrow);
     };
-    look_up(queries, maps_.engines(), maps_.narrow(), correct, out_.radiance.indirect);
+    if (settings_.query_points_alone)
+      keep(queries, correct, out_.global_points);
+    else
+      look_up(queries, maps_.engines(), maps_.narrow(), correct, out_.radiance.indirect);
   }
 
   void look_up_caustic(const QueryPoints& queries, std::vector<RGB>& target) {
-    look_up(
-        queries, maps_.caustic_engines(), maps_.narrow_caustic(), [](bool) {}, target);
+    const auto correct = [](bool) {};
+    if (settings_.query_points_alone)
+      keep(queries, correct, out_.caustic_points);
+    else
+      look_up(queries, maps_.caustic_engines(), maps_.narrow_caustic(), correct, target);
+  }
+
+  /// @param correct as of look_up()
+  template <class Correct>
+  void keep(const QueryPoints& queries, const Correct& correct, QueryPoints& kept) {
+    const std::size_t first = kept.size();
+    kept.append(queries);
+    memory_.found.assign(queries.size(), RGB(1.0f));
+    correct(false);
+    for (std::size_t i = 0; i < queries.size(); ++i) kept.weight[first + i] *= memory_.found[i];
   }
 
   bool in_media() const { return !tracer_.scene().media().empty(); }
@@ -91,9 +107,10 @@ class PassRenderer {
   /// Adds the light that photons in media bring to segments.
   void look_up_media(const VolumeSegments& segments, std::vector<RGB>& target) {
     if (segments.size() == 0) return;
-    for (std::size_t group = 0; group < maps_.in_media().group_count(); ++group) {
+    const VolumeMaps& maps = settings_.query_points_alone ? maps_.signed_media() : maps_.in_media();
+    for (std::size_t group = 0; group < maps.group_count(); ++group) {
       memory_.found.assign(segments.size(), RGB());
-      maps_.in_media().estimate(group, segments, memory_.found, statistics_);
+      maps.estimate(group, segments, memory_.found, statistics_);
       const PhaseTimer timer(statistics_, Phase::completion);
       for (std::size_t i = 0; i < segments.size(); ++i) {
         const RGB light = segments.weight[i] * memory_.found[i];
@@ -167,7 +184,7 @@ class PassRenderer {
     out.adds_caustics = settings_.caustic && is_apart();
     // Points are measured, and their error is stated.
     out.gathers_on = view_.points != nullptr;
-    out.photons_alone = settings_.photons_alone;
+    out.photons_alone = settings_.query_points_alone;
     return out;
   }
 

@@ -36,10 +36,11 @@ struct PassSettings {
   bool fine = false;                                    ///< of camera views: CameraPassSettings::fine
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
-  bool photons_alone = false;                           ///< FinalGatherSettings::photons_alone
-  bool patches = true;                                  ///< send some gather rays to bright patches
-  const GatherGuide* guide = nullptr;                   ///< of gather rays; null: none
-  std::size_t queries_at_once = std::size_t{1} << 21;   ///< query points of a portion, if the budget allows
+  /// Fill PassResult::global_points and caustic_points, and find no light but that of PhotonMaps::signed_media().
+  bool query_points_alone = false;
+  bool patches = true;                                 ///< send some gather rays to bright patches
+  const GatherGuide* guide = nullptr;                  ///< of gather rays; null: none
+  std::size_t queries_at_once = std::size_t{1} << 21;  ///< query points of a portion, if the budget allows
   const LightGroups* light_groups = nullptr;  ///< fill SlotRadiance::groups; null: none. As in PhotonMapSettings
   bool by_disk = false;                       ///< kind gather: query points go through a file (density/query_store.h)
 };
@@ -48,6 +49,7 @@ struct PassSettings {
 struct PassResult {
   SlotRadiance radiance;  ///< W sr^-1 m^-2; of kinds that show light
   FirstHit first_hit;
+  QueryPoints global_points, caustic_points;  ///< with PassSettings::query_points_alone; their targets are slots
   std::vector<RGB> diagnosis;  ///< of kinds that count: as photon_diagnosis() takes it, summed over query points
 };
 

@@ -108,7 +108,6 @@ IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
   inputs.takes_nearest = engine_traits(settings_.engine).takes_nearest;
   inputs.engine = settings_.engine;
   inputs.reorder = settings_.reorder;
-  inputs.signs = settings_.signs;
   inputs.correction = settings_.correction;
   // A moving view makes no correction, but one that is made stays.
   const KernelInputs* made = map.inputs();
@@ -120,8 +119,10 @@ IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
 
 bool PhotonMaps::is_done() const {
   const IndexInputs global = inputs_of(global_);
-  return global_.is_up_to_date(global, settings_.narrow) && in_media_.is_made_of(global) &&
-         (caustic_.count() == 0 || caustic_.is_up_to_date(inputs_of(caustic_), settings_.narrow)) &&
+  const MoreOfMap more{settings_.narrow, settings_.sampled};
+  return global_.is_up_to_date(global, more) && in_media_.is_made_of(global) &&
+         (signed_media_.is_made_of(global) || !settings_.sampled) &&
+         (caustic_.count() == 0 || caustic_.is_up_to_date(inputs_of(caustic_), more)) &&
          caustic_paths_ >= wanted_caustic_paths() && (radius_grid_.is_made_of(global) || !finds_radii()) &&
          (patches_.is_made_of(global) || !settings_.patches) && (diagnosis_.is_made_of(global) || !settings_.diagnosed);
 }
@@ -163,7 +164,8 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_.clear();
   media_photons_.clear();
   in_media_.clear();
-  // What was found with these photons before stays: radii by place and bright patches, which signs would spoil.
+  signed_media_.clear();
+  // What was found with these photons before stays: radii by place and bright patches.
   const IndexInputs inputs = inputs_of(global_);
   radius_grid_.keep_if(inputs);
   patches_.keep_if(inputs);
@@ -247,7 +249,7 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
 
 void PhotonMaps::bring_up_global(const MapWork& work) {
   const IndexInputs inputs = inputs_of(global_);
-  global_.update(inputs, settings_.narrow, work);
+  global_.update(inputs, {settings_.narrow, settings_.sampled}, work);
   const std::vector<float>& radii = global_.radii().radii;
   common_radius_ = settings_.fixed_radius && !radii.empty() ? radii.front() : 0;
   if (finds_radii()) {
@@ -266,17 +268,25 @@ void PhotonMaps::bring_up_global(const MapWork& work) {
 void PhotonMaps::bring_up_caustic(const MapWork& work) {
   if (caustic_.count() == 0) return;
   if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(work.tracer, work.statistics);
-  caustic_.update(inputs_of(caustic_), settings_.narrow, work);
+  caustic_.update(inputs_of(caustic_), {settings_.narrow, settings_.sampled}, work);
   if (!settings_.kept) caustic_.drop_photons();
 }
 
 void PhotonMaps::bring_up_media(const MapWork& work) {
   const IndexInputs inputs = inputs_of(global_);
-  in_media_.update(inputs, [&] {
+  const auto maps_of = [&](VolumeFlux flux, Statistics& statistics) {
     return work.tracer.scene().media().empty()
                ? VolumeMaps()
-               : VolumeMaps(work.tracer.scene(), *media_photons_, inputs, work.statistics);
-  });
+               : VolumeMaps(work.tracer.scene(), *media_photons_, inputs, flux, statistics);
+  };
+  in_media_.update(inputs, [&] { return maps_of(VolumeFlux::plain, work.statistics); });
+  if (settings_.sampled) {
+    const PhaseTimer timer(work.statistics, Phase::photon_noise);
+    Statistics not_the_renders;
+    signed_media_.update(inputs, [&] { return maps_of(VolumeFlux::signed_at_random, not_the_renders); });
+  } else {
+    signed_media_.clear();
+  }
   if (!settings_.kept) media_photons_.clear();
 }
 
@@ -374,7 +384,7 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 void PhotonMaps::hold_result() {
   std::uint64_t bytes = global_.bytes() + caustic_.bytes() + air_.segments.size() * sizeof(PhotonSegment);
   bytes += engines().front()->index_bytes(global_.count() + caustic_.count());
-  bytes += in_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
+  bytes += in_media().bytes() + signed_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
            media_photons_->beams.size() * bytes_each<VolumeBeams>();
   if (diagnosis()) bytes += diagnosis()->index_bytes(global_.count());
   if (!settings_.kept) return_free_memory();

@@ -43,7 +43,7 @@ struct PhotonMapSettings : PhotonSource {
 
   bool diagnosed = false;  ///< an index that counts photons, for false colours
   bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
-  bool signs = false;      ///< random signs for the channels of flux (maps/photon_noise.h), in one group of lights
+  bool sampled = false;    ///< make PhotonMaps::sample(), caustic_sample() and signed_media()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
   /// Processes that divide the work; null: none.
@@ -98,12 +98,17 @@ class PhotonMaps {
   const Engines& caustic_engines() const { return caustic_.engines(); }
   /// Maps of the photons in media, in groups as engines(); without groups where the scene has no media.
   const VolumeMaps& in_media() const { return *in_media_; }
+  /// The same with random signs (VolumeFlux), without groups; empty without PhotonMapSettings::sampled.
+  const VolumeMaps& signed_media() const { return *signed_media_; }
   /// Photons that pass PhotonMapSettings::in_air.
   const AirLight& air() const { return air_; }
   /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
   /// PhotonMapSettings::narrow, and where there are no photons.
   const DensityEngine* narrow() const { return global_.narrow(); }
   const DensityEngine* narrow_caustic() const { return caustic_.narrow(); }
+  /// A few of the photons, which tell their noise (maps/photon_noise.h); empty without PhotonMapSettings::sampled.
+  const PhotonSample& sample() const { return global_.sample(); }
+  const PhotonSample& caustic_sample() const { return caustic_.sample(); }
   /// The engine over counts instead of flux; null without PhotonMapSettings::diagnosed.
   const DensityEngine* diagnosis() const { return diagnosis_->get(); }
   /// The radius of all photons of the global map, metres; 0 without PhotonMapSettings::fixed_radius.
@@ -150,7 +155,7 @@ class PhotonMaps {
   PhotonPass pass_;
   IndexedMap global_{"global"}, caustic_{"caustic"};
   Memo<PhotonInputs, MediaPhotons> media_photons_;
-  Memo<IndexInputs, VolumeMaps> in_media_;
+  Memo<IndexInputs, VolumeMaps> in_media_, signed_media_;
   float common_radius_ = 0;  // of the global map
   AirLight air_;
   Memo<PhotonSource, std::shared_ptr<const EmissionGuide>> surface_guide_, air_guide_;  // of trace_chosen()

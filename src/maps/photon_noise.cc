@@ -7,16 +7,17 @@
 
 #include "core/random.h"
 #include "core/statistics.h"
+#include "density/photon_sample.h"
 
 namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMostSquares = 1024;
-/// Most looks with each of two sets of rays, and the standard error of an estimate that is small enough, as a share of
-/// it. What rays add to it falls in proportion to the number of looks.
-constexpr std::uint32_t kMostLooks = 4;
-constexpr double kPrecision = 0.25;
+/// What bounds the cost, and gives the root to a tenth: squares; pixels of each that show its level, and their rays;
+/// pixels of all whose variance is found, and their rays in each of two sets.
+constexpr std::size_t kMostSquares = 128, kMostPixels = 256;
+constexpr std::size_t kLevelPixels = 8;
+constexpr std::uint32_t kLevelRays = 8, kRays = 16;
 constexpr std::size_t kPixelsEach = static_cast<std::size_t>(CameraTask::kSquare) * CameraTask::kSquare;
 
 /// Light in the slots of a pass.
@@ -30,40 +31,56 @@ std::vector<RGB> light_of(const SlotRadiance& light, bool with_direct, bool with
   return out;
 }
 
-void add(std::vector<RGB>& sum, const std::vector<RGB>& light) {
-  for (std::size_t slot = 0; slot < light.size(); ++slot) sum[slot] += light[slot];
+/// Some pixels of each square, at random places in it.
+std::vector<CameraTask> pixels_of(const std::vector<CameraTask>& squares, std::size_t count, std::uint32_t seed) {
+  std::vector<CameraTask> out;
+  const std::size_t run = kPixelsEach / count;
+  for (const CameraTask& square : squares)
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto at = static_cast<int>(i * run + hash_combine(seed, static_cast<std::uint32_t>(out.size())) % run);
+      const int x = square.x0 + at % CameraTask::kSquare, y = square.y0 + at / CameraTask::kSquare;
+      out.push_back({x, y, x + 1, y + 1, 0, 1});
+    }
+  return out;
 }
 
-struct Estimate {
-  double value = 0, standard_error = 0;
-};
-
-/// The mean over squares, and channels that have light, of the variance of a pixel over the square of its level.
-/// @param first, second sums of so many looks with signs
-Estimate relative_variance(const std::vector<RGB>& light, const std::vector<RGB>& first, const std::vector<RGB>& second,
-                           std::uint32_t looks) {
+/// For each channel that has light, the square of each square's level, and 0.01 times that of all.
+std::vector<RGB> squared_levels(const std::vector<RGB>& light) {
+  std::vector<RGB> levels(light.size() / kLevelPixels, RGB(0.0f));
   RGB all(0.0f);
-  for (const RGB& level : light) all += level / static_cast<float>(light.size());
-  double sum = 0, sum_of_squares = 0;
-  for (std::size_t begin = 0; begin < light.size(); begin += kPixelsEach) {
-    double of_square = 0;
+  for (std::size_t slot = 0; slot < light.size(); ++slot)
+    levels[slot / kLevelPixels] += light[slot] / static_cast<float>(kLevelPixels);
+  for (const RGB& level : levels) all += level / static_cast<float>(levels.size());
+  for (RGB& level : levels) level = level * level + all * all * 0.01f;
+  return levels;
+}
+
+/// The mean over pixels, and channels that have light, of the variances over the squares of the levels.
+double relative_variance(const std::vector<RGB>& variances, const std::vector<RGB>& levels) {
+  const std::size_t each = variances.size() / std::max<std::size_t>(levels.size(), 1);
+  double sum = 0;
+  for (std::size_t pixel = 0; pixel < variances.size(); ++pixel) {
+    const RGB &variance = variances[pixel], &level = levels[pixel / each];
+    double of_pixel = 0;
     int lit = 0;
     for (int channel = 0; channel < 3; ++channel) {
-      if (!(all[channel] > 0)) continue;
+      if (!(level[channel] > 0)) continue;
       ++lit;
-      double level = 0, variance = 0;
-      for (std::size_t slot = begin; slot < begin + kPixelsEach; ++slot) {
-        level += double{light[slot][channel]} / kPixelsEach;
-        variance += double{first[slot][channel]} * double{second[slot][channel]} / kPixelsEach;
-      }
-      of_square += variance / (level * level + 0.01 * double{all[channel]} * double{all[channel]});
+      of_pixel += double{variance[channel]} / double{level[channel]};
     }
-    of_square /= std::max(lit, 1) * std::pow(looks, 2);
-    sum += of_square;
-    sum_of_squares += of_square * of_square;
+    sum += of_pixel / std::max(lit, 1);
   }
-  const double squares = static_cast<double>(light.size()) / kPixelsEach, mean = sum / std::max(squares, 1.0);
-  return {std::max(mean, 0.0), std::sqrt(std::max(sum_of_squares - sum * mean, 0.0)) / std::max(squares, 1.0)};
+  return std::max(sum / std::max(static_cast<double>(variances.size()), 1.0), 0.0);
+}
+
+std::vector<RGB> products(const std::vector<RGB>& first, const std::vector<RGB>& second) {
+  std::vector<RGB> out(first.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = first[i] * second[i];
+  return out;
+}
+
+void add(std::vector<RGB>& sum, const std::vector<RGB>& more) {
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
 }
 
 /// The share of the square of a target that photons may have; the least growth of their number that is worth a new map.
@@ -72,14 +89,14 @@ constexpr double kPhotonsShare = 0.5, kLeastGrowth = 1.25, kPower = 0.75;
 
 }  // namespace
 
-std::vector<CameraTask> squares_of(const PixelBounds& part) {
+std::vector<CameraTask> squares_of(const PixelBounds& part, std::size_t most) {
   constexpr int kSide = CameraTask::kSquare;
   const auto up = [](int x) { return (x + kSide - 1) / kSide; };
   const int x0 = up(part.x0), y0 = up(part.y0);
   const auto columns = static_cast<std::size_t>(std::max(part.x1 / kSide - x0, 0));
   const auto rows = static_cast<std::size_t>(std::max(part.y1 / kSide - y0, 0));
   // One of each run of squares, at a random place in it: no column has them all.
-  const std::size_t run = (columns * rows + kMostSquares - 1) / kMostSquares;
+  const std::size_t run = (columns * rows + most - 1) / most;
   std::vector<CameraTask> out;
   for (std::size_t first = 0; first < columns * rows; first += run) {
     const std::size_t at = first + hash32(static_cast<std::uint32_t>(first)) % run;
@@ -106,33 +123,34 @@ double noise_left_to_samples(double target, double photon_variance) {
 }
 
 double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
-                               const PassSettings& settings, double precision, MemoryBudget& budget,
-                               const std::function<void()>& add_signs) {
-  const std::vector<CameraTask> tasks = squares_of(part);
+                               const PassSettings& settings, MemoryBudget& budget) {
+  const std::vector<CameraTask> squares = squares_of(part, kMostSquares);
+  if (squares.empty()) return 0;
   PassMemory memory;
   Statistics not_the_renders;
   PassSettings pass = settings;
   pass.places = pass.fine = pass.by_disk = false;
   pass.values = {};
   pass.light_groups = nullptr;
-  const auto look = [&](std::uint32_t stream) {
+  const auto look = [&](CameraTasks tasks, std::uint32_t stream) {
     pass.seed = hash_combine(hash_combine(settings.seed, kPhotonNoiseStream), stream);
-    const PassResult found = render_pass(tracer, maps, view, tasks, pass, budget, memory, not_the_renders);
-    return light_of(found.radiance, pass.direct, pass.caustic);
+    return render_pass(tracer, maps, view, tasks, pass, budget, memory, not_the_renders);
   };
-  const std::vector<RGB> light = look(0);
-  add_signs();
-  // Only what is a sum over photons.
+  pass.gather = kLevelRays;
+  const PassResult light = look(pixels_of(squares, kLevelPixels, settings.seed), 0);
+  pass.gather = kRays;
   pass.direct = false;
-  pass.photons_alone = true;
-  std::vector<RGB> first(light.size()), second(light.size());
-  for (std::uint32_t looks = 1;; ++looks) {
-    add(first, look(2 * looks - 1));
-    add(second, look(2 * looks));
-    const Estimate found = relative_variance(light, first, second, looks);
-    if (looks >= kMostLooks || found.standard_error <= std::max(precision, kPrecision * found.value))
-      return found.value;
-  }
+  pass.query_points_alone = true;
+  const std::size_t each = std::clamp<std::size_t>(kMostPixels / squares.size(), 1, kPixelsEach);
+  const std::vector<CameraTask> pixels = pixels_of(squares, each, hash32(settings.seed));
+  const PassResult first = look(pixels, 1), second = look(pixels, 2);
+  std::vector<RGB> variances =
+      variance_by_photons(maps.sample(), first.global_points, second.global_points, pixels.size());
+  // Signed photons in media alone bring light to these.
+  add(variances, products(light_of(first.radiance, false, false), light_of(second.radiance, false, false)));
+  add(variances,
+      variance_by_photons(maps.caustic_sample(), first.caustic_points, second.caustic_points, pixels.size()));
+  return relative_variance(variances, squared_levels(light_of(light.radiance, settings.direct, settings.caustic)));
 }
 
 }  // namespace glowworm

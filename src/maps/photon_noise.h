@@ -1,7 +1,7 @@
 // The noise of photon maps, which all samples of a picture share.
 #pragma once
 #include <cmath>
-#include <functional>
+#include <cstddef>
 #include <vector>
 
 #include "core/memory_budget.h"
@@ -12,29 +12,21 @@
 
 namespace glowworm {
 
-/// Tasks of whole squares all over a part of a picture, a sample of each pixel: at most 1,024. None if the part has no
-/// whole square.
-std::vector<CameraTask> squares_of(const PixelBounds& part);
+/// Tasks of whole squares all over a part of a picture, a sample of each pixel. None if the part has no whole square.
+/// @param most squares
+std::vector<CameraTask> squares_of(const PixelBounds& part, std::size_t most);
 
 /// Estimates what photons add to the square of a camera picture's relative error (film/filtered.h): the mean of
-/// v / (m^2 + 0.01 M^2) over the channels and at most 1,024 squares of pixels all over the picture, with v the variance
-/// by photons of a pixel of the square, m the mean of the square, and M that of all.
-///
-/// Light is a sum over photons. With a random sign for each, the expected square of the sum is its variance, as for a
-/// bootstrap (Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979) that weighs photons by 0 or 2. Each
-/// channel has signs of its own, which makes three such sums. The product of two sums with gather rays of their own has
-/// no noise of rays.
+/// v / (m^2 + 0.01 M^2) over the channels and some squares of pixels all over the picture, with v the variance by
+/// photons of a pixel of the square, m the mean of the square, and M that of all. It costs as much for any picture.
 ///
 /// Throws as render_pass().
-/// @param maps      up to date
-/// @param part      of the picture
-/// @param settings  of the picture's passes
-/// @param precision standard error of the estimate that is small enough; infinite: the least work
-/// @param add_signs updates the maps with PhotonMapSettings::signs
-/// @return at least 0; 0 if the part has no whole square, or no light
+/// @param maps     up to date, with PhotonMapSettings::sampled
+/// @param part     of the picture
+/// @param settings of the picture's passes
+/// @return 0 if the part has no whole square, or no light
 double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
-                               const PassSettings& settings, double precision, MemoryBudget& budget,
-                               const std::function<void()>& add_signs);
+                               const PassSettings& settings, MemoryBudget& budget);
 
 /// Most photons that with_photons_for_noise() chooses.
 inline constexpr std::uint64_t kMostPhotonsForNoise = 4'000'000;

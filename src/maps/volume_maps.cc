@@ -49,11 +49,21 @@ Batch chosen(const Batch& all, Keeps&& keeps) {
   return out;
 }
 
+/// A sign for each channel of a photon.
+RGB random_signs(std::uint32_t seed, std::size_t photon) {
+  const std::uint32_t bits = hash_combine(hash_combine(seed, kPhotonSignStream), static_cast<std::uint32_t>(photon));
+  const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
+  return {sign(0), sign(1), sign(2)};
+}
+
 /// What an index sums: the flux of a group's photons, or with random signs.
 template <class Batch>
-LargeVector<RGB> flux_of(const Batch& batch, std::size_t group, const IndexInputs& inputs) {
+LargeVector<RGB> flux_of(const Batch& batch, std::size_t group, const IndexInputs& inputs, VolumeFlux kind) {
   LargeVector<RGB> flux = batch.flux;
-  if (inputs.signs) return flux_times(std::move(flux), random_signs(flux.size(), hash_combine(inputs.seed, 1)));
+  if (kind == VolumeFlux::signed_at_random) {
+    for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= random_signs(inputs.seed, i);
+    return flux;
+  }
   for (std::size_t i = 0; inputs.light_groups && i < flux.size(); ++i)
     if (inputs.light_groups->of_source[batch.source[i]] != group) flux[i] = RGB();
   return flux;
@@ -61,7 +71,8 @@ LargeVector<RGB> flux_of(const Batch& batch, std::size_t group, const IndexInput
 
 }  // namespace
 
-VolumeMaps::VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, Statistics& statistics) {
+VolumeMaps::VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, VolumeFlux flux,
+                       Statistics& statistics) {
   const std::vector<bool> beams_of =
       choose_beams(scene, photons.points, volume_photon_radii(photons.points, inputs.nearest));
   const VolumePhotons points = chosen(photons.points, [&](std::uint32_t m) { return !beams_of[m]; });
@@ -69,12 +80,12 @@ VolumeMaps::VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInpu
   photons = {};
   const std::vector<float> radii = volume_photon_radii(points, inputs.nearest);
   const BeamPieces pieces = volume_beam_pieces(beams, inputs.nearest);
-  groups_.resize(inputs.light_groups && !inputs.signs ? inputs.light_groups->names.size() : 1);
+  groups_.resize(inputs.light_groups && flux == VolumeFlux::plain ? inputs.light_groups->names.size() : 1);
   for (std::size_t group = 0; group < groups_.size(); ++group) {
-    groups_[group].points.build(points, flux_of(points, group, inputs), radii, inputs.radius_scale, statistics);
+    groups_[group].points.build(points, flux_of(points, group, inputs, flux), radii, inputs.radius_scale, statistics);
     // The blur of a beam has one dimension, that of a point two.
-    groups_[group].beams.build(beams, flux_of(beams, group, inputs), pieces, inputs.radius_scale * inputs.radius_scale,
-                               statistics);
+    groups_[group].beams.build(beams, flux_of(beams, group, inputs, flux), pieces,
+                               inputs.radius_scale * inputs.radius_scale, statistics);
     bytes_ += VolumeMap::photon_bytes(points.size()) + VolumeMap::beam_bytes(beams.size());
   }
 }

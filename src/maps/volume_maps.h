@@ -18,13 +18,22 @@ struct MediaPhotons {
   VolumeBeams beams;
 };
 
+/// What indices of photons in media sum.
+enum class VolumeFlux : std::uint8_t {
+  plain,
+  signed_at_random,  ///< random signs for the channels of each, in one group: the square of a sum has the expectation
+                     ///< of its variance by photons, as for a bootstrap (Efron, "Bootstrap Methods: Another Look at the
+                     ///< Jackknife", 1979) that weighs photons by 0 or 2
+};
+
 /// Indices of photons in media, one for all light sources or one for each group of them. Each medium has either points
 /// or beams: points where a photon travels less than a radius on average before it scatters, or where colours fall off
 /// unequally in a grid, which beams cannot show; else beams.
 class VolumeMaps {
  public:
   VolumeMaps() = default;
-  VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, Statistics& statistics);
+  VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, VolumeFlux flux,
+             Statistics& statistics);
 
   /// Adds what the photons of a group bring to segments, as VolumeMap::estimate().
   void estimate(std::size_t group, const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;

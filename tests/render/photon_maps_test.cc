@@ -35,7 +35,7 @@ TEST(PhotonMaps, AreThoseOfTheLastSettings) {
   changes[1].correction = BoundaryCorrection::photons;
   changes[2].kernel = KernelShape::cone;
   changes[3].fixed_radius = true;
-  changes[4].signs = true;
+  changes[4].sampled = true;
   changes[5].pass = 1;
   changes[6].nearest = 20;
   for (const bool kept : {true, false}) {
