@@ -115,19 +115,37 @@ TEST_F(GltfMaterialTest, Extensions) {
   EXPECT_FALSE(with_material({{"extensions", solid}}).materials[0].thin);
 }
 
-TEST_F(GltfMaterialTest, AttenuationWithoutTransmissionIsNoted) {
-  const auto notes = [&](const json& volume, const json& other) {
+TEST_F(GltfMaterialTest, VolumesAreMediaWhereLightGetsIn) {
+  const auto made = [&](const json& volume, const json& other) {
     json extensions = other;
     extensions["KHR_materials_volume"] = volume;
-    return with_material({{"extensions", extensions}}).notes;
+    return with_material({{"extensions", extensions}});
   };
   const json diffuse = {{"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 1}}}};
-  const json clear = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
-  const json tinted = {{"thicknessFactor", 1}, {"attenuationDistance", 1}, {"attenuationColor", {0.5, 1, 1}}};
-  EXPECT_THAT(notes(tinted, diffuse), HasNote("attenuation of light that passes diffusely is not supported, left out"));
-  EXPECT_TRUE(notes(tinted, clear).empty());
-  EXPECT_TRUE(notes(tinted, json::object()).empty());
-  EXPECT_TRUE(notes({{"thicknessFactor", 1}}, diffuse).empty());
+  json clear = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+  const json tinted = {{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.5, 1, 1}}};
+  for (const json& surface : {diffuse, clear}) {
+    const auto d = made(tinted, surface);
+    EXPECT_EQ(d.materials[0].inside, 0u);
+    EXPECT_NEAR(d.media.at(0).sigma_a.r, std::log(2) / 2, 1e-5);
+    EXPECT_TRUE(d.notes.empty());
+  }
+  EXPECT_TRUE(made(tinted, json::object()).media.empty());
+  EXPECT_TRUE(made({{"thicknessFactor", 1}}, diffuse).media.empty());
+  EXPECT_TRUE(made({{"attenuationDistance", 2}, {"attenuationColor", {0.5, 1, 1}}}, clear).media.empty());
+
+  clear["KHR_materials_volume_scatter"] = {{"multiscatterColor", {1, 0, 0.5}}, {"scatterAnisotropy", 0.5}};
+  const auto d =
+      made({{"thicknessFactor", 1}, {"attenuationDistance", 1}, {"attenuationColor", {0.5, 0.5, 0.5}}}, clear);
+  const Medium& m = d.media.at(0);
+  EXPECT_TRUE(d.notes.empty()) << d.notes[0];
+  EXPECT_EQ(m.g, 0.5f);
+  const RGB sum = m.sigma_a + m.sigma_s;
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], std::log(2), 1e-5);
+  EXPECT_NEAR(m.sigma_s.r / sum.r, 1, 1e-3);
+  EXPECT_NEAR(m.sigma_s.g / sum.g, 0, 1e-2);
+  // A half-space of albedo 0.912 reflects half of diffuse light if it scatters evenly, and one of 0.954 if g = 0.5.
+  EXPECT_NEAR(m.sigma_s.b / sum.b, 0.954f, 1e-3);
 }
 
 TEST_F(GltfMaterialTest, UnlitSurfacesEmitTheirColour) {

@@ -34,6 +34,18 @@ TextureWrap wrap_of(int mode) {
 
 constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5; specularColorFactor scales it
 
+/// Albedo of single scattering for that of a half-space under diffuse light (Kulla and Conty, "Revisiting Physically
+/// Based Shading at Imageworks", 2017).
+RGB albedo_of_multiscatter(RGB color, float g) {
+  RGB out;
+  for (int c = 0; c < 3; ++c) {
+    const float x = color[c];
+    const float s = std::max(4.09712f + 4.20863f * x - std::sqrt(9.59217f + 41.6808f * x + 17.7126f * x * x), 0.0f);
+    out[c] = std::clamp((1 - s * s) / (1 - g * s * s), 0.0f, 1.0f);
+  }
+  return out;
+}
+
 }  // namespace
 
 GltfMaterials::GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
@@ -258,6 +270,29 @@ void GltfMaterials::set_layers(const tinygltf::Material& source, Material& mater
   }
 }
 
+void GltfMaterials::set_medium(const tinygltf::Material& source, const tinygltf::Value& volume, Material& material) {
+  const float distance = number_member(volume, "attenuationDistance", 0);
+  if (!(distance > 0)) return;
+  const RGB color = clamp(color_member(volume, "attenuationColor", RGB(1.0f)), 1e-6f, 1);
+  const RGB sigma_t = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
+  if (is_black(sigma_t)) return;
+  Medium medium;
+  medium.name = material.name;
+  RGB albedo(0.0f);
+  // Drafts under both names: the colour of light scattered any number of times, and its mean cosine.
+  for (const char* name : {"KHR_materials_scatter", "KHR_materials_volume_scatter"}) {
+    const auto* scatter = find_extension(source.extensions, name);
+    if (!scatter) continue;
+    const RGB plain = color_member(*scatter, "multiscatterColor", RGB(0.0f));
+    medium.g = std::clamp(number_member(*scatter, "scatterAnisotropy", 0), -0.99f, 0.99f);
+    albedo = albedo_of_multiscatter(clamp(color_member(*scatter, "multiscatterColorFactor", plain), 0, 1), medium.g);
+  }
+  medium.sigma_s = sigma_t * albedo;
+  medium.sigma_a = sigma_t * (RGB(1.0f) - albedo);
+  material.inside = static_cast<std::uint32_t>(description_.media.size());
+  description_.media.push_back(std::move(medium));
+}
+
 void GltfMaterials::set_volume(const tinygltf::Material& source, Material& material) {
   const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
   if (const auto* transmission = find("KHR_materials_transmission")) {
@@ -268,19 +303,11 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
     material.thin = true;
   }
   if (const auto* volume = find("KHR_materials_volume")) {
-    if (number_member(*volume, "thicknessFactor", 0) > 0) material.thin = false;
-    const float distance = number_member(*volume, "attenuationDistance", 0);
-    const RGB color = clamp(color_member(*volume, "attenuationColor", RGB(1.0f)), 1e-6f, 1);
-    if (!material.thin && material.transmission.value > 0 && distance > 0 && color != RGB(1.0f)) {
-      Medium medium;
-      medium.name = material.name;
-      medium.sigma_a = RGB(-std::log(color.r), -std::log(color.g), -std::log(color.b)) / distance;
-      material.inside = static_cast<std::uint32_t>(description_.media.size());
-      description_.media.push_back(std::move(medium));
+    const bool lets_light_in = material.transmission.value > 0 || material.diffuse_transmission.value > 0;
+    if (number_member(*volume, "thicknessFactor", 0) > 0) {
+      material.thin = false;
+      if (lets_light_in) set_medium(source, *volume, material);
     }
-    const bool tinted = distance > 0 && color != RGB(1.0f);
-    if (tinted && material.transmission.value == 0 && material.diffuse_transmission.value > 0)
-      notes_.add("attenuation of light that passes diffusely is not supported, left out");
   }
   if (const auto* dispersion = find("KHR_materials_dispersion"))
     material.dispersion = std::max(0.0f, number_member(*dispersion, "dispersion", 0));

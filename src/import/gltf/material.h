@@ -9,7 +9,8 @@
 
 namespace tinygltf {
 struct Material;
-}
+class Value;
+}  // namespace tinygltf
 
 namespace glowworm {
 
@@ -24,7 +25,8 @@ struct GltfMaterialInfo {
 
 /// Converts the materials of one file: metallic-roughness with normal maps, alpha modes, KHR_texture_transform and the
 /// extensions KHR_materials_{anisotropy, clearcoat, diffuse_transmission, dispersion, emissive_strength, ior,
-/// iridescence, pbrSpecularGlossiness, sheen, specular, transmission, unlit, volume}. GGX alpha is the square of glTF's
+/// iridescence, pbrSpecularGlossiness, sheen, specular, scatter, transmission, unlit, volume,
+/// volume_scatter}. GGX alpha is the square of glTF's
 /// roughness (glTF 2.0, appendix B.2.3). An unlit surface becomes black and emits its colour.
 class GltfMaterials {
  public:
@@ -57,6 +59,8 @@ class GltfMaterials {
   void set_extensions(const tinygltf::Material& source, Material& material);
   void set_layers(const tinygltf::Material& source, Material& material);
   void set_volume(const tinygltf::Material& source, Material& material);
+  /// Gives a surface the medium of its KHR_materials_volume, and of KHR_materials_scatter, on its inside.
+  void set_medium(const tinygltf::Material& source, const tinygltf::Value& volume, Material& material);
   std::uint32_t add_emission(const tinygltf::Material& source, Material& material);
   bool use_uv_set(int set);
 

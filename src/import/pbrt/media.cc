@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "import/nanovdb/reader.h"
 #include "import/pbrt/cloud.h"
 #include "import/pbrt/colors.h"
 #include "import/pbrt/transforms.h"
@@ -58,11 +59,10 @@ class MediumBuilder {
     } else if (kind == "cloud") {
       cloud();
     } else if (kind == "nanovdb") {
-      parameters_.use_all();
-      parameters_.note(fmt::format("not supported, read as vacuum: medium of type {}", in_quotes(kind)));
+      file_grid();
     } else {
       parameters_.error(fmt::format("unknown type of medium {}", in_quotes(kind)),
-                        "Supported: homogeneous, uniformgrid, rgbgrid, cloud and heterogeneous.");
+                        "Supported: homogeneous, uniformgrid, rgbgrid, cloud, nanovdb and heterogeneous.");
     }
     return std::move(medium_);
   }
@@ -73,9 +73,9 @@ class MediumBuilder {
       parameters_.error("the transform of the medium cannot be inverted", "A scale of 0?");
       return;
     }
-    TransformDouble near = to_world;
-    near.translation = near.translation - Vec3d(context_.origin.origin());
-    medium_.to_medium = inverse(near).relative_to({0, 0, 0});
+    to_scene_ = to_world;
+    to_scene_.translation = to_scene_.translation - Vec3d(context_.origin.origin());
+    medium_.to_medium = inverse(to_scene_).relative_to({0, 0, 0});
   }
 
   RGB color(const char* name, PbrtColorUse use, RGB otherwise) {
@@ -212,8 +212,52 @@ class MediumBuilder {
     finish(cloud_grid(cloud, *medium_.bounds, *context_.budget));
   }
 
+  /// A grid of a NanoVDB file. The medium's own coordinates are those of its voxels.
+  void file_grid() {
+    coefficients(RGB(1.0f), RGB(1.0f));
+    const std::string path = context_.resolve(parameters_.string("filename", ""), parameters_.place());
+    try {
+      NanoVdbGrid read = read_nanovdb(path, parameters_.string("gridname", "density"), *context_.budget);
+      const TransformDouble of_voxels = to_scene_ * read.to_world;
+      if (!is_invertible(of_voxels)) return parameters_.error("the transform of the grid cannot be inverted", "");
+      medium_.to_medium = inverse(of_voxels).relative_to({0, 0, 0});
+      const auto corner = [&](std::size_t axis, int cell) {
+        return static_cast<float>(read.first[axis] + cell) - 0.5f;
+      };
+      medium_.bounds = Box3{{corner(0, 0), corner(1, 0), corner(2, 0)},
+                            {corner(0, read.size[0]), corner(1, read.size[1]), corner(2, read.size[2])}};
+      MediumGridValues grid;
+      grid.size = read.size;
+      file_temperatures(path, read, grid);
+      grid.density = std::move(read.values);
+      finish(std::move(grid));
+    } catch (const MemoryError&) {
+      throw;
+    } catch (const Error& error) {
+      parameters_.error(error.what(), "");
+    }
+  }
+
+  /// Emission by the temperatures of a file, at the cells of its density.
+  void file_temperatures(const std::string& path, const NanoVdbGrid& density, MediumGridValues& grid) {
+    const std::string name = parameters_.string("temperaturename", "temperature");
+    const float scale = parameters_.real("Lescale", 1);
+    if (!has_nanovdb_grid(path, name, *context_.budget)) return black_bodies({}, {}, grid.emission);
+    const NanoVdbGrid read = read_nanovdb(path, name, *context_.budget);
+    const TransformDouble map = inverse(read.to_world) * density.to_world;
+    std::vector<float> kelvin;
+    kelvin.reserve(grid.cell_count());
+    for (int z = 0; z < grid.size[2]; ++z)
+      for (int y = 0; y < grid.size[1]; ++y)
+        for (int x = 0; x < grid.size[0]; ++x)
+          kelvin.push_back(read.at(map.point(Vec3d(x + density.first[0], y + density.first[1], z + density.first[2]))));
+    medium_.emission = RGB(scale);
+    black_bodies(kelvin, {}, grid.emission);
+  }
+
   PbrtContext& context_;
   const PbrtParameters& parameters_;
+  TransformDouble to_scene_;
   Medium medium_;
 };
 
