@@ -1,5 +1,5 @@
 # Two commands do all the set-up: `make demo` and `make test`. docs/architecture.md says more.
-.PHONY: help packages fuzz build demo test test-all check format bench bench-tables test-references check-cases tsan docs web-demo
+.PHONY: help packages fuzz build demo test test-all check format bench bench-tables test-references check-cases tsan docs web-demo addon
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
@@ -12,6 +12,7 @@ help:
 	@echo 'make format           formats every C++ file'
 	@echo 'make docs             the manual and the API reference, into build/docs/'
 	@echo 'make web-demo         bakes scenes and shows them in a headless browser, into out/web/; needs npm and chromium'
+	@echo 'make addon            the Blender add-on as a zip file, into out/'
 	@echo 'make tsan             the fast tests under the thread sanitizer'
 	@echo 'make fuzz             what reads scene files and textures under libFuzzer, 10 minutes for each format'
 	@echo 'make bench            the micro-benchmarks'
@@ -60,6 +61,12 @@ format: packages
 
 web-demo: build
 	scripts/web-demo
+
+addon:
+	@mkdir -p out
+	rm -rf addons/blender/glowworm/__pycache__
+	cd addons/blender && python3 -m zipfile -c ../../out/glowworm-blender.zip glowworm
+	@echo 'The add-on is in $(CURDIR)/out/glowworm-blender.zip.'
 
 docs:
 	@scripts/install-packages packages-docs.txt

@@ -151,6 +151,39 @@ TEST(PbrtMaterial, Mix) {
   EXPECT_EQ(m.mix_amount.value, 0.25f);
 }
 
+TEST(PbrtMaterial, MetallicRoughness) {
+  const Material m = material(
+      "Material \"metallicroughness\" \"rgb reflectance\" [.1 .2 .3] \"float metallic\" .25 \"float roughness\" .5 "
+      "\"float eta\" 1.4 \"float specular\" .75 \"rgb specularcolor\" [1 .5 .5] \"float transmission\" .2 "
+      "\"bool thin\" true \"float clearcoat\" .6 \"float clearcoatroughness\" .1 \"rgb sheen\" [.2 .2 .2] "
+      "\"float sheenroughness\" .3 \"float anisotropy\" .4 \"float anisotropyrotation\" 90");
+  EXPECT_EQ(m.kind, MaterialKind::metallic_roughness);
+  expect_near(m.reflectance.value, {0.1f, 0.2f, 0.3f});
+  EXPECT_FLOAT_EQ(m.metallic.value, 0.25f);
+  EXPECT_FLOAT_EQ(m.roughness_u.value, 0.25f);  // GGX's alpha is the square of the roughness
+  EXPECT_FLOAT_EQ(m.roughness_v.value, 0.25f);
+  EXPECT_FLOAT_EQ(m.ior, 1.4f);
+  EXPECT_FLOAT_EQ(m.specular.value, 0.75f);
+  expect_near(m.specular_color.value, {1, 0.5f, 0.5f});
+  EXPECT_FLOAT_EQ(m.transmission.value, 0.2f);
+  EXPECT_TRUE(m.thin);
+  EXPECT_FLOAT_EQ(m.clearcoat.value, 0.6f);
+  EXPECT_FLOAT_EQ(m.coat_roughness.value, 0.01f);
+  expect_near(m.sheen.value, RGB(0.2f));
+  EXPECT_FLOAT_EQ(m.sheen_roughness.value, 0.3f);
+  EXPECT_FLOAT_EQ(m.anisotropy.value, 0.4f);
+  EXPECT_FLOAT_EQ(m.anisotropy_rotation, kPi / 2);
+}
+
+TEST(PbrtMaterial, ARoughnessTextureOfMetallicRoughnessIsSquared) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin Texture \"r\" \"float\" \"checkerboard\" \"float tex1\" .5 \"float tex2\" .5\n"
+                            "Material \"metallicroughness\" \"texture roughness\" \"r\"\n") +
+                kTriangle);
+  const Material& m = scene.materials.at(scene.geometry.material.at(0));
+  EXPECT_FLOAT_EQ(evaluate(scene.textures, m.roughness_u, {0.3f, 0.3f}), 0.25f);
+}
+
 TEST(PbrtMaterial, Textures) {
   const SceneDescription scene = load_text(
       std::string("WorldBegin Texture \"k\" \"spectrum\" \"constant\" \"rgb value\" [.1 .2 .3]\n"

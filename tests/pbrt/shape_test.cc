@@ -308,6 +308,13 @@ TEST(PbrtShape, DegenerateTrianglesAreLeftOutAndCounted) {
   EXPECT_TRUE(scene.notes[0].ends_with("and 1 more)"));
 }
 
+TEST(PbrtShape, ObjectsHaveTheNamesOfTheirShapes) {
+  const Geometry mesh = shape("Shape \"disk\" \"string name\" \"top\" Shape \"disk\"");
+  ASSERT_EQ(mesh.objects.size(), 2u);
+  EXPECT_EQ(mesh.objects[0].name, "top");
+  EXPECT_EQ(mesh.objects[1].name, "disk 2");
+}
+
 TEST(PbrtShape, MistakesAreErrorsWithPlaces) {
   const struct {
     const char *text, *message;

@@ -366,6 +366,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   shape.reverse = now.reverse;
   shape.place = d.place;
   shape.kind = d.strings[0];
+  shape.name = d.parameters.string("name", "");
   const FloatInput alpha = float_input(context, d.parameters, "alpha", 1);
   shape.material = materials.on_shape(now.material, alpha, now.media);
   shape.textured =

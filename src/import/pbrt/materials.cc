@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "import/pbrt/textures.h"
+#include "import/texture_nodes.h"
 
 namespace glowworm {
 
@@ -59,6 +60,7 @@ class MaterialBuilder {
         Entry{"thindielectric", &MaterialBuilder::thin_dielectric},
         Entry{"diffusetransmission", &MaterialBuilder::diffuse_transmission},
         Entry{"mix", &MaterialBuilder::mix},
+        Entry{"metallicroughness", &MaterialBuilder::metallic_roughness},
         // pbrt-v3
         Entry{"matte", &MaterialBuilder::matte},
         Entry{"glass", &MaterialBuilder::glass},
@@ -85,7 +87,7 @@ class MaterialBuilder {
     if (std::find(kKnown.begin(), kKnown.end(), kind) == kKnown.end()) {
       parameters_.error(fmt::format("unknown material {}", in_quotes(kind)),
                         "Supported: diffuse, coateddiffuse, conductor, coatedconductor, dielectric, "
-                        "thindielectric, diffusetransmission, mix and interface.");
+                        "thindielectric, diffusetransmission, mix, metallicroughness and interface.");
       return;
     }
     for (const char* name : {"reflectance", "color", "Kd"}) {
@@ -236,6 +238,33 @@ class MaterialBuilder {
     if (!is_color && !is_color_texture) return float_input(context_, parameters_, name, otherwise);
     const ColorInput color = color_input(context_, parameters_, name, RGB(otherwise));
     return {mean(color.value), color.texture};
+  }
+
+  /// glTF's metallic-roughness model, a material of Glowworm that pbrt does not have. As in glTF, roughness is the
+  /// square root of GGX's alpha. It refracts unless it is thin.
+  void metallic_roughness() {
+    material_.kind = MaterialKind::metallic_roughness;
+    material_.reflectance = color_input(context_, parameters_, "reflectance", RGB(0.5f));
+    material_.metallic = float_input(context_, parameters_, "metallic", 0);
+    material_.roughness_u = material_.roughness_v = squared("roughness");
+    material_.ior = read_index_of_refraction(context_, parameters_, "eta", 1.5f);
+    material_.specular = float_input(context_, parameters_, "specular", 1);
+    material_.specular_color = color_input(context_, parameters_, "specularcolor", RGB(1.0f));
+    material_.transmission = float_input(context_, parameters_, "transmission", 0);
+    material_.thin = parameters_.boolean("thin", false);
+    material_.clearcoat = float_input(context_, parameters_, "clearcoat", 0);
+    material_.coat_roughness = squared("clearcoatroughness");
+    material_.sheen = color_input(context_, parameters_, "sheen", RGB(0.0f));
+    material_.sheen_roughness = float_input(context_, parameters_, "sheenroughness", 0.5f);
+    material_.anisotropy = float_input(context_, parameters_, "anisotropy", 0);
+    material_.anisotropy_rotation = parameters_.real("anisotropyrotation", 0) * kPi / 180;
+  }
+
+  FloatInput squared(const char* name) {
+    FloatInput input = float_input(context_, parameters_, name, 0);
+    input.value *= input.value;
+    if (input.texture != kNone) input.texture = add_product_node(context_.scene.textures, input.texture, input.texture);
+    return input;
   }
 
   // Materials of pbrt-v3.

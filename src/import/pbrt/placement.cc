@@ -92,7 +92,8 @@ Geometry to_world_space(const PbrtShape& shape, const TransformDouble& to_world,
 void place_shape(PbrtContext& context, const PbrtShape& shape, const TransformDouble& to_world) {
   Geometry world = to_world_space(shape, to_world, context.origin);
   if (shape.light) world.emission = emissions_of(context, shape, world);
-  context.scene.geometry.begin_object(shape.kind + " " + std::to_string(context.scene.geometry.objects.size() + 1));
+  context.scene.geometry.begin_object(
+      shape.name.empty() ? shape.kind + " " + std::to_string(context.scene.geometry.objects.size() + 1) : shape.name);
   const AppendResult result = append_mesh(context.scene.geometry, world, shape.kind.c_str(), shape.material, kNone);
   if (result.degenerate > 0) {
     context.diagnostics.note(shape.place, "left out: triangles without area of a " + shape.kind, result.degenerate);

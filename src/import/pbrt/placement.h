@@ -19,6 +19,7 @@ struct PbrtShape {
   std::shared_ptr<PbrtAreaLight> light;  ///< null if it does not emit
   PbrtPlace place;
   std::string kind;
+  std::string name;  ///< of the object; empty: its kind and a number
 };
 
 /// The shape's mesh in world space. As in pbrt, the outside is the side of the shape's normals or, without normals, the
