@@ -23,6 +23,13 @@ struct Camera {
   float lens_radius = 0;     ///< metres; 0: a pinhole
   float focal_distance = 0;  ///< metres from the eye at which a lens is sharp; 0: at the target
   std::string name = "camera";
+  enum class Projection : std::uint8_t {
+    perspective,    ///< field_of_view below 180
+    fisheye,        ///< equidistant: distances in the picture are angles; field_of_view up to 360
+    hemispherical,  ///< distances in the picture are sines; field_of_view up to 180
+    panorama,       ///< equirectangular: longitude and latitude; field_of_view up to 180
+  };
+  Projection projection = Projection::perspective;
 };
 
 /// Changes of a scene while it is read. The defaults change nothing.

@@ -41,13 +41,23 @@ glowworm::Camera inner(const Camera& camera) {
   const glowworm::Vec3 axis = inner(camera.target) - inner(camera.eye);
   check(length(cross(axis, inner(camera.up))) > 0, name + " has no direction",
         "Target and eye must differ, and the way up must not be the way it looks.");
-  check(camera.field_of_view > 0 && camera.field_of_view < 180, "the field of view of " + name + " is out of range",
-        "It must lie between 0 and 180 degrees.");
+  using Projection = Camera::Projection;
+  check(camera.projection <= Projection::panorama, name + " has no projection", "Give one of Camera::Projection.");
+  const bool is_fisheye = camera.projection == Projection::fisheye, divides = camera.projection == Projection{};
+  check(camera.field_of_view > 0 && camera.field_of_view <= (is_fisheye ? 360.0f : 180.0f) &&
+            (!divides || camera.field_of_view < 180),
+        "the field of view of " + name + " is out of range",
+        is_fisheye ? "It must lie between 0 and 360 degrees." : "It must lie between 0 and 180 degrees.");
   const auto is_length = [](float x) { return x >= 0 && std::isfinite(x); };
   check(is_length(camera.orthographic_size) && is_length(camera.lens_radius) && is_length(camera.focal_distance),
         "the size or the lens of " + name + " is negative or not finite", "Give metres, 0 or more.");
   glowworm::Camera out = look_at(inner(camera.eye), inner(camera.target), inner(camera.up), camera.field_of_view);
-  if (camera.orthographic_size > 0) {
+  if (!divides) {
+    constexpr CameraKind kKinds[] = {CameraKind::perspective, CameraKind::fisheye, CameraKind::hemispherical,
+                                     CameraKind::panorama};
+    out.kind = kKinds[static_cast<std::size_t>(camera.projection)];
+    out.half_extent = half_extent_of(out.kind, camera.field_of_view);
+  } else if (camera.orthographic_size > 0) {
     out.kind = CameraKind::orthographic;
     out.half_extent = camera.orthographic_size / 2;
   }

@@ -138,7 +138,7 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
   CLI::App* c = program.add_subcommand("merge", "Makes a picture of parts (glowworm render --part).");
   c->add_option("parts", options->parts, "Parts of one render, in any order")->required()->option_text("PART...");
   c->add_option("-o,--output", options->names,
-                "Image to write: .exr or .png, or .part for a part; several may be given")
+                "Image to write: .exr, .hdr or .png, or .part for a part; several may be given")
       ->required()
       ->allow_extra_args(false)
       ->option_text("FILE");

@@ -19,9 +19,10 @@ Output output_of(const std::string& name) {
   if (name == "png:-") return {std::string(kStandardOutput), OutputFormat::png};
   const std::string ending = lower_ending(name);
   if (ending == ".exr") return {name, OutputFormat::exr};
+  if (ending == ".hdr") return {name, OutputFormat::hdr};
   if (ending == ".png") return {name, OutputFormat::png};
   if (ending == ".part") return {name, OutputFormat::part};
-  throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .png", name),
+  throw CommandLineError(fmt::format("'{}' ends neither in .exr nor in .hdr or .png", name),
                          "Give -o a name with one of these endings, .part for a part of a picture, or exr:- or png:- "
                          "for standard output.");
 }
@@ -106,6 +107,10 @@ std::string write_false_color(const std::string& path, const Image& image, Color
 std::string write_picture(const Output& output, const Image& image, const PictureOptions& options) {
   if (output.format == OutputFormat::exr) {
     write_exr(output.path, image, options.precision == "float" ? ExrPrecision::single : ExrPrecision::half);
+    return "";
+  }
+  if (output.format == OutputFormat::hdr) {
+    write_hdr(output.path, image);
     return "";
   }
   if (options.false_color) return write_false_color(output.path, image, *options.false_color, options.illuminance);

@@ -15,7 +15,7 @@ class App;
 namespace glowworm {
 
 /// Formats of a name after -o.
-enum class OutputFormat { exr, png, part };
+enum class OutputFormat { exr, hdr, png, part };
 
 /// A file to write.
 struct Output {
@@ -52,7 +52,8 @@ void add_picture_options(CLI::App& command, const std::string& group, PictureOpt
 /// Says which of these options have no effect on the formats of the outputs.
 void warn_of_unused_formats(const PictureOptions& options, const std::vector<Output>& outputs);
 
-/// Writes the picture as .exr or .png. Returns what to tell of it beside the name: ", exposure +1.0 stops (auto)", or
+/// Writes the picture as .exr, .hdr or .png. Returns what to tell of it beside the name: ", exposure +1.0 stops
+/// (auto)", or
 /// "". Throws Error where it cannot be written.
 std::string write_picture(const Output& output, const Image& image, const PictureOptions& options);
 

@@ -330,9 +330,10 @@ int run_render(RenderOptions& o) {
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
-  c.add_option("-o,--output", o.names,
-               "Image to write: .exr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- is "
-               "standard output; several -o may be given")
+  c.add_option(
+       "-o,--output", o.names,
+       "Image to write: .exr or .hdr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- is "
+       "standard output; several -o may be given")
       ->allow_extra_args(false)
       ->option_text("FILE [the scene's, or out.exr]")
       ->group("Picture");

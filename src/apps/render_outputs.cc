@@ -211,9 +211,10 @@ int finish_render(const RenderOptions& o, Job& job, const Tracer& tracer, Output
 }
 
 void warn_of_unused_formats(const RenderOptions& o) {
-  const bool all_png = std::all_of(o.outputs.begin(), o.outputs.end(),
-                                   [](const Output& output) { return output.format == OutputFormat::png; });
-  const bool no_layers = all_png && o.tev.empty();
+  const bool beauty_alone = std::all_of(o.outputs.begin(), o.outputs.end(), [](const Output& output) {
+    return output.format == OutputFormat::png || output.format == OutputFormat::hdr;
+  });
+  const bool no_layers = beauty_alone && o.tev.empty();
   if (no_layers && !o.table.settings.aovs.empty()) warn("--aov has no effect: no -o is an EXR file");
   if (no_layers && o.settings.light_groups) warn("--light-groups has no effect: no -o is an EXR file");
   warn_of_unused_formats(o.picture, o.outputs);

@@ -66,6 +66,7 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
     for (int x = 0; x < columns; ++x) {
       const Vec2 pixel{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
       const CameraRay ray = generate_ray(camera, pixel, columns, rows, {0.5f, 0.5f});
+      if (ray.is_blind()) continue;
       const Hit hit = tracer.intersect({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
       if (hit.triangle == kNone) {
         seen.push_back(environment_radiance(scene, ray.direction));

@@ -10,6 +10,7 @@
 #include "density/engine.h"
 #include "film/output.h"
 #include "kernels/simd.h"
+#include "scene/radiance_view.h"
 #include "settings/options.h"
 
 namespace glowworm {
@@ -40,6 +41,7 @@ std::array<float, 16> rounded(const Matrix& m) {
 /// The matrices by which compositing programs find the camera. The camera looks along +z with y up; normalised
 /// device coordinates go from (0, 0) at the upper left corner of the picture to (1, 1), as in RenderMan.
 std::map<std::string, std::array<float, 16>> matrices_of(const Camera& camera, int width, int height) {
+  if (is_angular(camera.kind)) return {};  // no matrix maps angles
   Transform to_world = camera.to_world;
   const bool divides = camera.kind == CameraKind::perspective;
   // An orthographic camera takes its axes by their directions.
@@ -111,6 +113,7 @@ PictureInfo picture_info(const Job& job) {
     for (const Material& material : scene.materials()) info.materials.push_back(material.name);
   if (job.light_groups()) info.light_groups = job.light_groups()->names;
   Camera camera = scene.camera(settings.camera);
+  info.view = radiance_view_text(camera, scene, settings.width, settings.height);
   camera.to_world.translation = narrow(scene.outside(camera.to_world.translation));
   info.matrices = matrices_of(camera, settings.width, settings.height);
   return info;

@@ -353,6 +353,10 @@ class PathPass {
     const Vec2 u = sampler.next2();
     const CameraRay ray = generate_ray(*view_.camera, {static_cast<float>(x) + u.x, static_cast<float>(y) + u.y},
                                        settings_.width, settings_.height, sampler.next2());
+    if (ray.is_blind()) {
+      first_hit_.depth[slot] = std::numeric_limits<float>::infinity();
+      return 0;
+    }
     Path path = start(sampler);
     path.trace_from(ray, camera_medium_);
     return path.shadow_rays;

@@ -42,6 +42,8 @@ Image make_image(const Film& film, const PictureInfo& info) {
     image.metadata[kRelativeError] =
         fmt::format("{:.3g}", std::hypot(relative_error(seen), std::sqrt(info.photon_variance)));
   image.matrices = info.matrices;
+  image.radiance_scale = info.scale;
+  if (!info.view.empty()) image.metadata[kRadianceView] = info.view;
   const std::time_t now = std::time(nullptr);
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));
   image.metadata["Software"] = fmt::format("Glowworm {}", version());

@@ -98,6 +98,7 @@ std::string header_text(const Part& part) {
                     {"light_groups", as_characters(p.light_groups)},
                     {"matrices", p.matrices},
                     {"media", p.settings.media},
+                    {"view", p.view},
                     {"of_points", p.settings.of_points}};
   return out.dump();
 }
@@ -148,6 +149,7 @@ std::optional<Part> parse_header(const std::string& text) {
     p.settings.media = in.at("media").get<bool>();
     p.settings.of_points = in.at("of_points").get<bool>();
     p.matrices = in.at("matrices").get<decltype(p.matrices)>();
+    p.view = in.at("view").get<std::string>();
   } catch (const json::exception&) {
     return std::nullopt;
   } catch (const Error&) {

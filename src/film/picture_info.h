@@ -22,6 +22,7 @@ struct PictureInfo {
   std::vector<std::string> objects, materials;
   std::vector<std::string> light_groups;                  ///< names of the film's groups of lights
   std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices
+  std::string view;                                       ///< kRadianceView; empty: none
 };
 
 /// Whether a file may hold this number as PictureInfo::photon_variance.

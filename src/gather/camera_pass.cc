@@ -129,8 +129,9 @@ class BlockTracer {
     if (slot == CameraRays::kNoSlot) return;
     const Ray& ray = camera_rays_.rays[i];
     Hit hit = hits_[i];
-    if (!crosses_media_) {
+    if (!crosses_media_ || ray.t_max < 0) {
       if (!sequence_.of_surface()) record_hit(slot, hit, length_to(hit));
+      if (ray.t_max < 0) return;
       if (hit.triangle != kNone && ends_on_diffuse(slot, ray, hit)) return;
     }
     const std::uint32_t sample = camera_rays_.sample_of(i, task_);

@@ -51,7 +51,8 @@ void CameraRays::create(const Camera& camera, const CameraPassSettings& settings
     const Vec2 film{static_cast<float>(at % width) + film_x_[i], static_cast<float>(at / width) + film_y_[i]};
     const Vec2 lens = has_lens ? Vec2{lens_x_[i], lens_y_[i]} : Vec2();
     const CameraRay ray = generate_ray(camera, film, settings.width, settings.height, lens);
-    rays.push_back({ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()});
+    // A ray that ends before it starts meets nothing.
+    rays.push_back({ray.origin, 0, ray.direction, ray.is_blind() ? -1 : std::numeric_limits<float>::infinity()});
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/lines.h"
 #include "core/rgb.h"
+#include "image/image.h"
 
 namespace glowworm {
 
@@ -37,6 +38,7 @@ struct HdrHeader {
   bool xyz = false, other_primaries = false;
   float gamma = 1;
   double scale[3] = {1, 1, 1};  ///< factors on the file's numbers
+  std::string view;             ///< of the VIEW lines, the last of which count
 };
 
 /// Reads numbers with blanks between them. Returns whether there are `count` and no more.
@@ -60,6 +62,7 @@ class HeaderParser {
     const std::size_t equals = line.find('=');
     if (line.starts_with('#') || equals == std::string_view::npos) return "";
     const std::string_view key = line.substr(0, equals), value = line.substr(equals + 1);
+    if (key == "VIEW") header_.view += std::string(value);
     if (key == "FORMAT") return set_format(value);
     if (key == "EXPOSURE") return set_scale(key, value, 1);
     if (key == "COLORCORR") return set_scale(key, value, 3);
@@ -154,6 +157,7 @@ class HdrReader final : public ImageReader {
     header_.height = (hdr_.lines.is_x ? hdr_.pixels : hdr_.lines).length;
     header_.channels = 3;
     header_.channel_names = {"R", "G", "B"};
+    if (!hdr_.view.empty()) header_.metadata[kRadianceView] = hdr_.view;
     header_.other_primaries = hdr_.other_primaries && !hdr_.xyz;
     if (hdr_.gamma != 1) header_.transfer = {TransferFunction::Kind::power, hdr_.gamma};
     depth_ = 1;

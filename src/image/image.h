@@ -68,6 +68,9 @@ class Image {
   std::map<std::string, std::string> metadata;
   /// Matrices in the header of EXR files, by rows. Points are row vectors, multiplied from the left.
   std::map<std::string, std::array<float, 16>> matrices;
+  /// The beauty over radiance in W sr^-1 m^-2, for EXPOSURE in HDR files and whiteLuminance in EXR files; 0: it shows
+  /// something else.
+  float radiance_scale = 0;
 
  private:
   int width_ = 0, height_ = 0;
@@ -111,7 +114,14 @@ std::string png_bytes(const std::string& path, const Image& image, ToneCurve cur
 std::string encode_png(int width, int height, int channels, std::vector<std::uint8_t> codes,
                        const std::map<std::string, std::string>& metadata);
 
-/// Writes ".exr" files as write_exr() does and ".png" files as write_png() does. Throws Error for other extensions.
+/// Key of the view in the metadata, as radiance_view_text() writes it; VIEW in HDR files.
+inline constexpr const char* kRadianceView = "glowworm:view";
+
+/// Writes the beauty as a Radiance picture (RGBE) with its view and exposure, whole or not at all.
+void write_hdr(const std::string& path, const Image& image);
+
+/// Writes ".exr" files as write_exr() does, ".hdr" files as write_hdr() does and ".png" files as write_png() does.
+/// Throws Error for other extensions.
 void write_image(const std::string& path, const Image& image, ToneCurve curve = ToneCurve::filmic, float exposure = 0);
 
 }  // namespace glowworm

@@ -55,9 +55,10 @@ void check_not_empty(const std::string& path, const Image& image) {
 
 void write_image(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
   if (lower(path).ends_with(".exr")) return write_exr(path, image);
+  if (lower(path).ends_with(".hdr")) return write_hdr(path, image);
   if (lower(path).ends_with(".png")) return write_png(path, image, curve, exposure);
   throw Error({path}, "the ending does not say which kind of image file to write",
-              "End the path in .exr (linear, all layers) or .png (8 bits, tone mapped).");
+              "End the path in .exr (linear, all layers), .hdr (linear) or .png (8 bits, tone mapped).");
 }
 
 }  // namespace glowworm

@@ -101,6 +101,7 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
   for (const auto& [key, m] : image.matrices)
     header.insert(key, Imf::M44fAttribute({m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10], m[11],
                                            m[12], m[13], m[14], m[15]}));
+  if (image.radiance_scale > 0) Imf::addWhiteLuminance(header, kLuminousEfficacy / image.radiance_scale);
   // The type's default is Rec. 709.
   Imf::addChromaticities(header, Imf::Chromaticities());
   const std::set<std::string> of_halves = half_layers(image, precision);

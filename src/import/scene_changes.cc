@@ -66,6 +66,23 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   }
 }
 
+/// Degrees along the shorter side.
+constexpr float kDefaultFieldOfView = 45, kAngularFieldOfView = 180;
+
+/// Gives a camera the projection and the field of view of the changes.
+void change_camera(Camera& camera, const SceneChanges& changes) {
+  float degrees = changes.field_of_view;
+  if (changes.projection && camera.kind != *changes.projection) {
+    camera.kind = *changes.projection;
+    if (degrees <= 0) degrees = is_angular(camera.kind) ? kAngularFieldOfView : kDefaultFieldOfView;
+  }
+  if (degrees <= 0 || camera.kind == CameraKind::orthographic) return;
+  const float most = camera.kind == CameraKind::fisheye ? 360 : is_angular(camera.kind) ? 180 : 175;
+  if (degrees > most)
+    throw Error(fmt::format("--fov {:g} is more than the {:g} degrees that this projection shows", degrees, most));
+  camera.half_extent = half_extent_of(camera.kind, degrees);
+}
+
 void change_cameras(SceneDescription& d, const SceneChanges& changes) {
   if (changes.look_at) {
     Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
@@ -84,11 +101,10 @@ void change_cameras(SceneDescription& d, const SceneChanges& changes) {
     }
     if (d.cameras.front().name.empty()) d.cameras.front().name = "look-at";
   }
-  if (changes.field_of_view <= 0) return;
+  if (changes.field_of_view <= 0 && !changes.projection) return;
   check_description(d);
-  add_default_camera(d, changes.field_of_view);
-  for (Camera& camera : d.cameras)
-    if (camera.kind == CameraKind::perspective) camera.half_extent = std::tan(changes.field_of_view / 2 * kPi / 180);
+  add_default_camera(d, changes.projection ? 0 : changes.field_of_view);
+  for (Camera& camera : d.cameras) change_camera(camera, changes);
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ struct SceneChanges {
   Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
   bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
+  std::optional<CameraKind> projection;         ///< of all cameras; those of angles show 180 degrees by default
   float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera

@@ -54,7 +54,15 @@ constexpr SceneOption kSceneOptions[] = {
     {"--scale", "M [1]", "Metres per unit of the file; lights keep their power",
      [](SceneChanges& c, const std::string& text) { c.metres_per_unit = parse_number("--scale", text, 1e-9f, 1e9f); }},
     {"--fov", "DEGREES", "Angle of view along the picture's shorter side",
-     [](SceneChanges& c, const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 175); }},
+     [](SceneChanges& c, const std::string& text) { c.field_of_view = parse_number("--fov", text, 0.01f, 360); }},
+    {"--projection", "perspective|fisheye|hemispherical|panorama",
+     "How all cameras see: fisheye is equidistant (Radiance's -vta), hemispherical its -vth, panorama equirectangular; "
+     "these show 180 degrees along the shorter side, unless --fov says otherwise",
+     [](SceneChanges& c, const std::string& text) {
+       constexpr CameraKind kKinds[] = {CameraKind::perspective, CameraKind::fisheye, CameraKind::hemispherical,
+                                        CameraKind::panorama};
+       c.projection = kKinds[name_index("--projection", text, {"perspective", "fisheye", "hemispherical", "panorama"})];
+     }},
     {"--animation", "NAME", "Animation of a glTF file, by name or number, for --at and --frames",
      [](SceneChanges& c, const std::string& text) { c.moment.animation = text; }},
     {"--at", "SECONDS [0]", "Moment of the animation that is shown",

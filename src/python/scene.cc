@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
@@ -174,6 +175,14 @@ Scene with_lights(const Scene& scene, const std::map<std::string, py::dict>& edi
   return scene.with_lights(all);
 }
 
+const std::array<std::string, 4> kProjections = {"perspective", "fisheye", "hemispherical", "panorama"};
+
+Camera::Projection projection_of(const std::string& name) {
+  const auto found = std::find(kProjections.begin(), kProjections.end(), name);
+  if (found == kProjections.end()) throw py::value_error("'" + name + "' is not a projection of a camera");
+  return static_cast<Camera::Projection>(found - kProjections.begin());
+}
+
 void bind_camera(py::module_& module) {
   const auto set = [](api::Vec3 Camera::*member, const char* name) {
     return [member, name](Camera& camera, const py::object& value) { camera.*member = vector(value, name); };
@@ -186,18 +195,21 @@ void bind_camera(py::module_& module) {
   };
   py::class_<Camera>(module, "Camera", "A camera. Lengths are metres, angles degrees.")
       .def(py::init([](const py::object& eye, const py::object& target, const py::object& up, float field_of_view,
-                       float orthographic_size, float lens_radius, float focal_distance, const std::string& name) {
-             return Camera{vector(eye, "eye"), vector(target, "target"),
-                           vector(up, "up"),   field_of_view,
-                           orthographic_size,  lens_radius,
-                           focal_distance,     name};
+                       float orthographic_size, float lens_radius, float focal_distance, const std::string& name,
+                       const std::string& projection) {
+             return Camera{vector(eye, "eye"),       vector(target, "target"),
+                           vector(up, "up"),         field_of_view,
+                           orthographic_size,        lens_radius,
+                           focal_distance,           name,
+                           projection_of(projection)};
            }),
            py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0, 1, 0), py::kw_only(),
            py::arg("field_of_view") = 40, py::arg("orthographic_size") = 0, py::arg("lens_radius") = 0,
-           py::arg("focal_distance") = 0, py::arg("name") = "camera",
+           py::arg("focal_distance") = 0, py::arg("name") = "camera", py::arg("projection") = "perspective",
            "eye, target, up: three numbers, metres. field_of_view: degrees along the shorter side of the picture.\n"
            "orthographic_size: metres that the shorter side shows; 0: a perspective camera. lens_radius: metres; 0: a\n"
-           "pinhole. focal_distance: metres at which a lens is sharp; 0: at the target.")
+           "pinhole. focal_distance: metres at which a lens is sharp; 0: at the target. projection: 'perspective',\n"
+           "'fisheye' (equidistant), 'hemispherical' (orthographic fisheye) or 'panorama' (equirectangular).")
       .def_property("eye", get(&Camera::eye), set(&Camera::eye, "eye"))
       .def_property("target", get(&Camera::target), set(&Camera::target, "target"))
       .def_property("up", get(&Camera::up), set(&Camera::up, "up"))
@@ -206,17 +218,26 @@ void bind_camera(py::module_& module) {
       .def_readwrite("lens_radius", &Camera::lens_radius)
       .def_readwrite("focal_distance", &Camera::focal_distance)
       .def_readwrite("name", &Camera::name)
+      .def_property(
+          "projection", [](const Camera& c) { return kProjections.at(static_cast<std::size_t>(c.projection)); },
+          [](Camera& c, const std::string& name) { c.projection = projection_of(name); })
       .def(py::pickle(
           [](const Camera& c) {
             const auto three = [](api::Vec3 v) { return py::make_tuple(v.x, v.y, v.z); };
             return py::make_tuple(three(c.eye), three(c.target), three(c.up), c.field_of_view, c.orthographic_size,
-                                  c.lens_radius, c.focal_distance, c.name);
+                                  c.lens_radius, c.focal_distance, c.name, static_cast<int>(c.projection));
           },
           [](const py::tuple& state) {
-            if (state.size() != 8) throw py::value_error("this is not a pickled camera");
-            return Camera{vector(state[0], "eye"), vector(state[1], "target"),  vector(state[2], "up"),
-                          state[3].cast<float>(),  state[4].cast<float>(),      state[5].cast<float>(),
-                          state[6].cast<float>(),  state[7].cast<std::string>()};
+            if (state.size() != 9) throw py::value_error("this is not a pickled camera");
+            return Camera{vector(state[0], "eye"),
+                          vector(state[1], "target"),
+                          vector(state[2], "up"),
+                          state[3].cast<float>(),
+                          state[4].cast<float>(),
+                          state[5].cast<float>(),
+                          state[6].cast<float>(),
+                          state[7].cast<std::string>(),
+                          static_cast<Camera::Projection>(state[8].cast<int>())};
           }));
 }
 

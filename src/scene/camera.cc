@@ -40,7 +40,11 @@ CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, V
   const Vec2 p = screen_point(camera, film, width, height) * camera.half_extent;
   // Lengths are metres in the world, so only the directions of the axes count if to_world scales.
   Vec3 origin = m.translation, direction;
-  if (camera.kind == CameraKind::orthographic) {
+  if (is_angular(camera.kind)) {
+    const Vec3 local = angular_direction(camera.kind, p);
+    if (CameraRay{{}, local}.is_blind()) return {origin, local};
+    direction = normalize(m.vector(local));
+  } else if (camera.kind == CameraKind::orthographic) {
     origin += normalize(m.x) * p.x + normalize(m.y) * p.y;
     direction = normalize(m.z);
   } else {
@@ -48,13 +52,50 @@ CameraRay generate_ray(const Camera& camera, Vec2 film, int width, int height, V
   }
   if (camera.lens_radius > 0) {
     // Metres along the axis for each length of `direction`.
-    const float axial_speed = camera.kind == CameraKind::orthographic ? 1 : length(m.z);
+    const float axial_speed = camera.kind == CameraKind::perspective ? length(m.z) : 1;
     const Vec3 focus = origin + direction * (camera.focal_distance / axial_speed);
     const Vec2 disk = square_to_disk(lens) * camera.lens_radius;
     origin += normalize(m.x) * disk.x + normalize(m.y) * disk.y;
     direction = focus - origin;
   }
   return {origin, normalize(direction)};
+}
+
+Vec3 angular_direction(CameraKind kind, Vec2 p) {
+  if (kind == CameraKind::panorama) {
+    if (std::abs(p.x) > kPi || std::abs(p.y) > kPi / 2) return {0, 0, 0};
+    const float level = std::cos(p.y);
+    return {level * std::sin(p.x), std::sin(p.y), level * std::cos(p.x)};
+  }
+  const float r = std::hypot(p.x, p.y);
+  if (kind == CameraKind::hemispherical) {
+    if (r > 1) return {0, 0, 0};
+    return {p.x, p.y, std::sqrt((1 - r) * (1 + r))};
+  }
+  if (r > kPi) return {0, 0, 0};
+  const float scale = r > 0 ? std::sin(r) / r : 1;
+  return {p.x * scale, p.y * scale, std::cos(r)};
+}
+
+Vec2 angular_plane(CameraKind kind, Vec3 d) {
+  if (kind == CameraKind::panorama) return {std::atan2(d.x, d.z), std::atan2(d.y, std::hypot(d.x, d.z))};
+  if (kind == CameraKind::hemispherical) return {d.x, d.y};
+  const float sine = std::hypot(d.x, d.y), scale = sine > 0 ? std::atan2(sine, d.z) / sine : 1;
+  return {d.x * scale, d.y * scale};
+}
+
+double solid_angle_density(CameraKind kind, Vec2 p) {
+  const double r = std::hypot(double{p.x}, double{p.y});
+  if (kind == CameraKind::panorama) return std::abs(p.x) > kPi || std::abs(p.y) > kPi / 2 ? 0 : std::cos(double{p.y});
+  if (kind == CameraKind::hemispherical) return r < 1 ? 1 / std::sqrt((1 - r) * (1 + r)) : 0;
+  if (r > kPi) return 0;
+  return r > 0 ? std::sin(r) / r : 1;
+}
+
+float half_extent_of(CameraKind kind, float field_of_view_degrees) {
+  const float half = field_of_view_degrees * (kPi / 360);
+  if (kind == CameraKind::perspective) return std::tan(half);
+  return kind == CameraKind::hemispherical ? std::sin(std::min(half, kPi / 2)) : half;
 }
 
 Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees) {
@@ -66,7 +107,7 @@ Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees) {
   right = normalize(right);
   Camera camera;
   camera.to_world = {right, cross(right, forward), forward, eye};
-  camera.half_extent = std::tan(field_of_view_degrees * (kPi / 360));
+  camera.half_extent = half_extent_of(camera.kind, field_of_view_degrees);
   return camera;
 }
 

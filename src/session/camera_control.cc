@@ -86,6 +86,10 @@ Projection project(const Camera& camera, Vec3 point, int width, int height) {
   if (camera.kind == CameraKind::orthographic) {
     plane = {dot(offset, normalize(m.x)), dot(offset, normalize(m.y))};
     out.depth = dot(offset, normalize(m.z));
+  } else if (is_angular(camera.kind)) {
+    const Vec3 seen = inverse(m).vector(offset);
+    plane = angular_plane(camera.kind, normalize(seen));
+    out.depth = camera.kind == CameraKind::hemispherical && seen.z < 0 ? seen.z : length(offset);
   } else {
     const float d = 1 / m.determinant();
     const float z = dot(cross(m.x, m.y), offset) * d;

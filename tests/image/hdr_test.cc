@@ -96,6 +96,30 @@ TEST_F(HdrTest, BandsOfRowsGiveTheWholePicture) {
   EXPECT_NEAR(texture->color({0.875f, 0.5f / 200}).r, 2 + 799 % 200, 0.1f);
 }
 
+TEST_F(HdrTest, WrittenPicturesReadBack) {
+  for (const int width : {3, 8, 300}) {
+    Image image(width, 3);
+    std::vector<RGB> pixels;
+    for (int i = 0; i < 3 * width; ++i) {
+      const float level = i % 50 < 20 ? 3.0f : std::ldexp(1.0f + static_cast<float>(i % 7) / 8, i % 40 - 20);
+      pixels.push_back(RGB(level, level / 2, 0));
+    }
+    pixels[1] = RGB(-1, 1e-39f, 0);
+    image.add_rgb("", pixels);
+    image.radiance_scale = 4;
+    image.metadata[kRadianceView] = "-vta -vp 0 0 0 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180";
+    write_hdr(path("out.hdr"), image);
+    const Image read = read_image(path("out.hdr"));
+    EXPECT_EQ(read.metadata.at(kRadianceView), " " + image.metadata.at(kRadianceView));
+    EXPECT_EQ(read.rgb()[1].g, 0);
+    for (std::size_t i = 2; i < pixels.size(); ++i) {
+      // Mantissas are cut to eight bits; the exposure is taken out.
+      ASSERT_LE(std::abs(read.rgb()[i].r * 4 - pixels[i].r), pixels[i].r / 128) << width << ' ' << i;
+      ASSERT_EQ(read.rgb()[i].b, 0);
+    }
+  }
+}
+
 TEST_F(HdrTest, BadHeadersAndPixelsAreRefused) {
   const std::string one = bytes_of({kOne});
   EXPECT_THAT(refusal("FORMAT=other\n\n-Y 1 +X 1\n", one), HasSubstr("its FORMAT is neither"));

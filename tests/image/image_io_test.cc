@@ -62,10 +62,12 @@ TEST_F(ImageIo, ExrSaysWhereAPartLiesAndHowItWasSeen) {
   image.place = {100, 50, 640, 360};
   for (std::size_t i = 0; i < 16; ++i) image.matrices["worldToCamera"][i] = static_cast<float>(i);
   image.add_scalar("CryptoObject00.R", std::vector<float>(image.pixel_count(), 1e-30f));
+  image.radiance_scale = 2;
   write_exr(path("a.exr"), image);
   const auto input = OIIO::ImageInput::open(path("a.exr"));
   ASSERT_TRUE(input);
   const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(spec.get_float_attribute("whiteLuminance"), 89.5f);  // cd/m^2: 179 lm/W over the scale
   EXPECT_EQ(std::tuple(spec.x, spec.y, spec.width, spec.height), std::tuple(100, 50, kWidth, kHeight));
   EXPECT_EQ(std::tuple(spec.full_x, spec.full_y, spec.full_width, spec.full_height), std::tuple(0, 0, 640, 360));
   float matrix[16] = {}, chromaticities[8] = {};

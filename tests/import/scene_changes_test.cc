@@ -178,6 +178,18 @@ TEST_F(SceneChangesTest, CamerasTakeAngleAndPlace) {
     EXPECT_THROW(parse_look_at(wrong), Error) << wrong;
 }
 
+TEST_F(SceneChangesTest, ProjectionsShowHalfSpacesUnlessTold) {
+  SceneChanges changes;
+  changes.projection = CameraKind::fisheye;
+  EXPECT_FLOAT_EQ(changed(changes).cameras.at(0).half_extent, kPi / 2);
+  changes.field_of_view = 360;
+  EXPECT_FLOAT_EQ(changed(changes).cameras.at(0).half_extent, kPi);
+  changes.projection = CameraKind::panorama;
+  EXPECT_THROW(changed(changes), Error);
+  changes.projection.reset();
+  EXPECT_THROW(changed(changes), Error) << "perspective";
+}
+
 TEST_F(SceneChangesTest, DefaultCamerasFrameTheSceneByTheAngle) {
   SceneDescription d = small_scene();
   d.cameras.clear();

@@ -89,6 +89,14 @@ CameraRay ray(const SceneDescription& scene, float right, float up) {
   return generate_ray(scene.cameras.at(0), {100 + 100 * right, 50 - 50 * up}, 200, 100, {0.5f, 0.5f});
 }
 
+TEST(PbrtCamera, SphericalTurnsFromPlusXAroundUp) {
+  const SceneDescription scene = load_text("Camera \"spherical\" \"string mapping\" \"equirectangular\"");
+  expect_near(ray(scene, 0, 0).direction, {-1, 0, 0});
+  expect_near(ray(scene, -0.5f, 0).direction, {0, 0, 1});
+  expect_near(ray(scene, 0.5f, 0).direction, {0, 0, -1});
+  EXPECT_GT(ray(scene, 0, 0.99f).direction.y, 0.99f);
+}
+
 TEST(PbrtCamera, LookAtIsLeftHanded) {
   // From +z towards the origin, y up: +x is to the LEFT in pbrt's left-handed camera space.
   const SceneDescription scene = load_text("LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 90");

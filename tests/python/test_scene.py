@@ -147,9 +147,11 @@ def test_every_kind_of_material_renders():
 
 
 def test_cameras_can_be_pickled():
-    camera = glowworm.Camera((0, 1, 5), (0, 0, 0), field_of_view=25, lens_radius=0.5, focal_distance=3, name="main")
+    camera = glowworm.Camera(
+        (0, 1, 5), (0, 0, 0), field_of_view=25, lens_radius=0.5, focal_distance=3, name="main", projection="fisheye"
+    )
     read = pickle.loads(pickle.dumps(camera))
-    for member in ("field_of_view", "orthographic_size", "lens_radius", "focal_distance", "name"):
+    for member in ("field_of_view", "orthographic_size", "lens_radius", "focal_distance", "name", "projection"):
         assert getattr(read, member) == getattr(camera, member)
     np.testing.assert_array_equal(read.eye, camera.eye)
 

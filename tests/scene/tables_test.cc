@@ -181,6 +181,51 @@ TEST(Camera, ScreenWindowAndOrthographic) {
   expect_near(generate_ray(camera, {200, 0}, 200, 100, {}).direction, {0, 0, -1}, 1e-6f);
 }
 
+TEST(Camera, FisheyesAndPanoramasMapAngles) {
+  Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 50);
+  const auto towards = [&](Vec2 film) { return generate_ray(camera, film, 200, 200, {}).direction; };
+  camera.kind = CameraKind::fisheye;
+  camera.half_extent = half_extent_of(camera.kind, 180);
+  const float half = std::sqrt(0.5f);
+  expect_near(towards({150, 100}), {half, 0, -half}, 1e-6f);
+  expect_near(towards({100, 0}), {0, 1, 0}, 1e-6f);
+  EXPECT_LT(dot(towards({0, 0}), {0, 0, -1}), -0.6f) << "corners look 127 degrees away";
+  camera.kind = CameraKind::hemispherical;
+  camera.half_extent = half_extent_of(camera.kind, 180);
+  expect_near(towards({150, 100}), {0.5f, 0, -std::sqrt(0.75f)}, 1e-6f);
+  EXPECT_TRUE(generate_ray(camera, {1, 1}, 200, 200, {}).is_blind());
+  camera.kind = CameraKind::panorama;
+  camera.half_extent = half_extent_of(camera.kind, 180);
+  const auto seen = [&](Vec2 film) { return generate_ray(camera, film, 400, 200, {}).direction; };
+  expect_near(seen({300, 100}), {1, 0, 0}, 1e-6f);
+  expect_near(seen({200, 50}), {0, half, -half}, 1e-6f);
+  expect_near(seen({1e-3f, 100}), {0, 0, 1}, 1e-4f);
+}
+
+TEST(Camera, AngularPicturesShowTheirSolidAngles) {
+  constexpr int kSide = 400;
+  const struct {
+    CameraKind kind;
+    double half, expected;  // of the plane; steradians
+  } kCases[] = {{CameraKind::fisheye, M_PI, 4 * M_PI},
+                {CameraKind::hemispherical, 1, 2 * M_PI},
+                {CameraKind::panorama, M_PI, 4 * M_PI}};
+  for (const auto& [kind, half, expected] : kCases) {
+    double sum = 0;
+    const double step = 2 * half / kSide;
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) {
+        const Vec2 plane{static_cast<float>((x + 0.5) * step - half), static_cast<float>((y + 0.5) * step - half)};
+        sum += solid_angle_density(kind, plane) * step * step;
+        const Vec3 d = angular_direction(kind, plane);
+        if (CameraRay{{}, d}.is_blind()) continue;
+        const Vec2 back = angular_plane(kind, d);
+        ASSERT_LT(std::hypot(back.x - plane.x, back.y - plane.y), 1e-3f);
+      }
+    EXPECT_NEAR(sum / expected, 1, 0.02);
+  }
+}
+
 TEST(Camera, LensFocusesOnItsPlane) {
   Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 50);
   camera.to_world.x *= 3.0f;  // lengths stay metres in a scaled space

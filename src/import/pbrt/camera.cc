@@ -87,6 +87,11 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
     camera.half_extent = 1;
   } else if (kind == "perspective") {
     camera.half_extent = std::tan(field_of_view(parameters) * kPi / 360);
+  } else if (kind == "spherical" && parameters.string("mapping", "equalarea") == "equirectangular") {
+    // The middle of its picture looks along -x, and +z is to the left.
+    camera.kind = CameraKind::panorama;
+    camera.half_extent = kPi / 2;
+    camera.to_world = {-to_world.z, to_world.y, -to_world.x, to_world.translation};
   } else if (kind == "realistic" || kind == "spherical" || kind == "environment") {
     parameters.use_all();
     parameters.note(fmt::format("not supported, replaced by a perspective one: camera {}", in_quotes(kind)));

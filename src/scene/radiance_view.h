@@ -1,0 +1,31 @@
+// Views as Radiance writes them, in view files and in the VIEW= lines of its pictures.
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "scene/camera.h"
+#include "scene/scene.h"
+
+namespace glowworm {
+
+/// A view by the options of Radiance's programs (rpict(1)): -vtv, -vtl, -vth and -vta; -vp, -vd, -vu, -vh, -vv.
+struct RadianceView {
+  CameraKind kind = CameraKind::perspective;
+  Vec3d position{0, 0, 0}, direction{0, 1, 0}, up{0, 0, 1};  ///< metres, in the axes of the user's file
+  double horizontal = 45, vertical = 45;                     ///< degrees; orthographic: metres
+};
+
+/// Reads the options that a RadianceView has, and skips others, such as the name of a program. Throws Error for a
+/// direction without length, for one that is not finite, and for types of views that no camera has.
+RadianceView parse_radiance_view(std::string_view text);
+
+/// "-vta -vp x y z -vd x y z -vu x y z -vh degrees -vv degrees".
+std::string radiance_view_text(const RadianceView& view);
+
+/// The view of a camera of the scene; "" for a panorama, for which Radiance has no type.
+std::string radiance_view_text(const Camera& camera, const Scene& scene, int width, int height);
+
+/// The camera of a view. It shows the angle of the view's shorter side.
+Camera camera_of(const RadianceView& view, const Scene& scene);
+
+}  // namespace glowworm
