@@ -11,6 +11,10 @@ namespace {
 /// up. The rays of a point together see all parts, and a lookup costs as the length of its segment.
 constexpr float kParts = 8;
 
+/// Places at which a camera ray samples lamps on each piece of its way, of each kind (transport/segment_light.h): a
+/// shaft of light covers a part of them, and nothing filters what a medium scatters.
+constexpr float kPlacesOfCameraRays = 4;
+
 /// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
 /// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
 template <typename Visit>
@@ -76,19 +80,27 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   else
     add_segments(medium, path, length, throughput, target);
   if (photons_alone_) return;
+  sample_lamps(LitSegment(medium, path, length, true), throughput, target, sampler);
+}
+
+void MediumWalk::sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, Sampler& sampler) {
   const Scene& scene = tracer_.scene();
-  const LitSegment segment(medium, path, length, true);
-  const Vec2 u_lamp = sampler.next2(), u_place = sampler.next2();
-  const SegmentLight by_place = segment.sample_by_transmittance(scene, u_lamp, u_place);
-  if (by_place.sample.pdf > 0)
-    add(by_place, 1 / (1 + segment.ratio(scene, by_place.sample.source, by_place.distance, by_place.sample.position)),
-        throughput, target);
-  if (!segment.samples()) return;
-  const Vec2 u_other_lamp = sampler.next2();
-  const SegmentLight by_angle = segment.sample(scene, u_other_lamp, sampler.next2());
-  if (by_angle.sample.pdf > 0)
-    add(by_angle, balance_heuristic(1, by_angle.sample.pdf, 1, by_angle.by_place * by_angle.by_transmittance),
-        throughput, target);
+  const float count = target.by_opacity ? 1 : kPlacesOfCameraRays;
+  const Vec2 start = sampler.next2();
+  for (float i = 0; i < count; ++i) {
+    const Vec2 u_lamp = sampler.next2(), u_other_lamp = sampler.next2(), u = sampler.next2();
+    const SegmentLight by_place = segment.sample_by_transmittance(scene, u_lamp, {u.x, (i + start.x) / count});
+    if (by_place.sample.pdf > 0) {
+      const LightSample& light = by_place.sample;
+      const float ratio = segment.ratio(scene, light.source, by_place.distance, light.position);
+      add(by_place, 1 / ((1 + ratio) * count), throughput, target);
+    }
+    if (!segment.samples()) continue;
+    const SegmentLight by_angle = segment.sample(scene, u_other_lamp, {u.y, (i + start.y) / count});
+    if (by_angle.sample.pdf > 0)
+      add(by_angle, balance_heuristic(1, by_angle.sample.pdf, 1, by_angle.by_place * by_angle.by_transmittance) / count,
+          throughput, target);
+  }
 }
 
 void MediumWalk::add_segments(const Medium& medium, const PathState& path, float length, RGB throughput,

@@ -32,6 +32,7 @@ class MediumWalk {
 
  private:
   void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
+  void sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, Sampler& sampler);
   void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target);
   void add_part(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
                 float u);
