@@ -159,6 +159,8 @@ TEST(PbrtMedia, MistakesAreErrorsWithTheirPlace) {
            std::string("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [1 1 1 1 1 1]"),
            std::string("\"string type\" \"rgbgrid\""),
            std::string("\"string type\" \"cloud\" \"float frequency\" -1"),
+           std::string("\"string type\" \"nanovdb\" \"string filename\" \"none.nvdb\""),
+           std::string("\"string type\" \"nanovdb\""),
        })
     EXPECT_THAT(of(parameters), testing::HasSubstr("scene.pbrt:2:")) << parameters;
   EXPECT_THAT(error_of(std::string("WorldBegin MediumInterface \"mist\" \"\" ") + kTriangle),
