@@ -12,7 +12,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kSampleGrain = 512;
 constexpr std::uint32_t kLeafSize = 8;
 
 /// The places of query points of both sets, those of the first set first.
@@ -115,12 +115,12 @@ std::vector<RGB> variance_by_photons(const PhotonSample& sample, const QueryPoin
   const KdTree tree = build_kd_tree(places_of(first, second), kLeafSize);
   if (tree.nodes.empty()) return out;
   const std::size_t photons = sample.photons.size();
-  std::vector<std::vector<RGB>> products((photons + kGrain - 1) / kGrain);
+  std::vector<std::vector<RGB>> products((photons + kSampleGrain - 1) / kSampleGrain);
   parallel_for(0, products.size(), 1, [&](std::size_t begin, std::size_t end) {
     PhotonShares shares(sample, first, second, tree, targets);
     for (std::size_t part = begin; part < end; ++part) {
       products[part].resize(targets);
-      for (std::size_t i = part * kGrain; i < std::min((part + 1) * kGrain, photons); ++i)
+      for (std::size_t i = part * kSampleGrain; i < std::min((part + 1) * kSampleGrain, photons); ++i)
         shares.add_products(static_cast<std::uint32_t>(i), products[part]);
     }
   });
