@@ -18,6 +18,7 @@
 #include "apps/commands.h"
 #include "apps/table_options.h"
 #include "control/job.h"
+#include "control/job_report.h"
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/input_file.h"

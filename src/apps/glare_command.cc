@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <exception>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/attend.h"
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/open_scene.h"
+#include "apps/output_files.h"
+#include "apps/table_options.h"
+#include "control/job.h"
+#include "control/job_report.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/input_file.h"
+#include "core/lines.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "measure/doubts.h"
+#include "measure/glare.h"
+#include "measure/measurement.h"
+#include "scene/radiance_view.h"
+
+namespace glowworm {
+
+namespace {
+
+struct GlareOptions {
+  std::string scene, command_line, views, output;
+  double threshold = kGlareThreshold;
+  std::uint32_t side = 512;
+  ReportOptions report;
+  TableOptions table;
+  SceneOptions changes;
+};
+
+/// The views of a file: a line of options each, without empty lines and those that begin with #.
+std::vector<RadianceView> read_views(const std::string& path) {
+  MemoryBudget budget(default_memory_bytes());
+  Reservation held(budget, "the file of views", 0);
+  const std::string text = read_input_file(path, held);
+  std::string_view rest = text;
+  std::vector<RadianceView> views;
+  for (int number = 1; !rest.empty(); ++number) {
+    const std::string_view line = take_line(rest);
+    if (line.find("-v") == std::string_view::npos || line.starts_with('#')) continue;
+    try {
+      views.push_back(parse_radiance_view(line));
+    } catch (const Error& error) {
+      throw Error(FilePlace{path, number}, error.what());
+    }
+    views.back().kind = CameraKind::fisheye;
+    views.back().horizontal = views.back().vertical = 180;
+  }
+  if (views.empty())
+    throw Error(FilePlace{path}, "the file holds no view", "Write a line such as -vp 1 2 1.2 -vd 0 1 0.");
+  return views;
+}
+
+/// The lights infinitely far away that the eye sees, as sources of the sun's size.
+std::vector<GlareSource> sources_of_suns(const Tracer& tracer, const Camera& camera) {
+  constexpr double kSunRadius = 0.2665 * M_PI / 180, kSunSolidAngle = M_PI * kSunRadius * kSunRadius;
+  const Transform& m = camera.to_world;
+  std::vector<GlareSource> out;
+  for (const Light& light : tracer.scene().lights()) {
+    if (light.kind != LightKind::directional) continue;
+    const Vec3 to_sun = -light.direction;
+    GlareSource sun;
+    sun.direction = {dot(to_sun, normalize(m.x)), dot(to_sun, normalize(m.y)), dot(to_sun, normalize(m.z))};
+    if (!(sun.direction.z > 0)) continue;
+    const RGB seen = light.intensity * tracer.transmittance({m.translation, 0, to_sun, HUGE_VALF});
+    const double across = illuminance(seen);
+    if (!(across > 0)) continue;
+    sun.solid_angle = kSunSolidAngle;
+    sun.luminance = across / kSunSolidAngle;
+    sun.illuminance = across * sun.direction.z;
+    sun.position_index = position_index(sun.direction);
+    out.push_back(sun);
+  }
+  return out;
+}
+
+/// The glare of a view by the picture that a job has rendered.
+Glare glare_of(const GlareOptions& o, const Job& job, const Tracer& tracer, const Camera& camera) {
+  const Image image = make_image(job.film(), job);
+  GlarePicture picture;
+  picture.width = image.width();
+  picture.height = image.height();
+  for (const RGB& pixel : image.rgb()) picture.luminance.push_back(illuminance(pixel) / image.radiance_scale);
+  return rate_glare(picture, sources_of_suns(tracer, camera), o.threshold);
+}
+
+/// Rows of a view: its indices, then its sources, with their direction in the axes of the file.
+void add_rows(std::string& text, std::size_t view, const Glare& g, const Camera& camera, const Scene& scene) {
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "{},,{:.4g},{:.4g},{:.4g},{:.6g},{:.5g},,,,,,,\n", view, g.dgp, g.dgi, g.ugr,
+                 g.vertical_illuminance, g.background);
+  const Transform& m = camera.to_world;
+  for (std::size_t i = 0; i < g.sources.size(); ++i) {
+    const GlareSource& s = g.sources[i];
+    const Vec3 d = scene.to_file_axes(normalize(m.x) * s.direction.x + normalize(m.y) * s.direction.y +
+                                      normalize(m.z) * s.direction.z);
+    fmt::format_to(out, "{},{},,,,,,{:.5g},{:.5g},{:.5g},{:.5g},{:.6g},{:.4g},{:.5g}\n", view, i + 1, d.x, d.y, d.z,
+                   s.solid_angle, s.luminance, s.position_index, s.illuminance);
+  }
+}
+
+int run_glare(GlareOptions& o) {
+  o.report.apply();
+  set_thread_count(o.table.settings);
+  RenderSettings asked = o.table.settings;
+  if (asked.memory_bytes == 0) asked.memory_bytes = default_memory_bytes();
+  asked.width = asked.height = static_cast<int>(o.side);
+  asked.bounds = {0, 0, asked.width, asked.height};
+  asked.separate_layers = false;
+  OutputFiles files;
+  files.add_input("the scene", o.scene);
+  files.add_input("--views", o.views);
+  files.add("-o", o.output);
+  files.probe(o.output);
+  files.throw_if_any_failed();
+  const std::vector<RadianceView> views = read_views(o.views);
+  // Photons that serve all views are not sent towards the first.
+  if (views.size() > 1) asked.guiding = false;
+  ImportOptions import_options;
+  import_options.budget = loading_budget(asked.memory_bytes);
+  std::shared_ptr<const Scene> scene = lit_by_its_own(open_scene(o.scene, import_options, o.changes.changes, &files));
+  tell_notes(*scene, o.scene);
+  SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), scene->shared_geometry(), {}, ""};
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    edit.more_cameras.push_back(camera_of(views[i], *scene));
+    edit.more_cameras.back().name = fmt::format("glare view {}", i + 1);
+  }
+  scene = std::make_shared<const Scene>(*scene, std::move(edit));
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  catch_interrupts();
+  std::string text = fmt::format(
+      "# {}\n# {} lm/W; rows of sources follow those of their view; directions from the eye\n"
+      "view,source,DGP,DGI,UGR,E_v_lx,background_cd_m2,dx,dy,dz,solid_angle_sr,luminance_cd_m2,"
+      "position_index,E_lx\n",
+      one_line(o.command_line), kLuminousEfficacy);
+  std::shared_ptr<JobMaps> maps;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    asked.camera = fmt::format("glare view {}", i + 1);
+    const Camera& camera = scene->camera(asked.camera);
+    Job job(scene, tracer, asked, nullptr, {}, nullptr, nullptr, maps);
+    if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
+    if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
+    const Glare glare = glare_of(o, job, *tracer, camera);
+    inform(fmt::format("view {}: DGP {:.3f}, DGI {:.1f}, UGR {:.1f}, {:.5g} lx, {} sources", i + 1, glare.dgp,
+                       glare.dgi, glare.ugr, glare.vertical_illuminance, glare.sources.size()));
+    add_rows(text, i + 1, glare, camera, *scene);
+    maps = job.maps();
+    maps->has_gather_guide = false;  // every view learns its own
+    // The next view has the numbers of the first, so that its photons are the same.
+    asked.photons = job.settings().photons;
+    asked.nearest = job.settings().nearest;
+  }
+  files.write(o.output, [&] { write_file(o.output, text); });
+  files.throw_if_any_failed();
+  if (o.output != kStandardOutput) inform(fmt::format("wrote {}", o.output));
+  return 0;
+}
+
+constexpr const char* kGlareFooter = R"help(
+A line of the file of views gives a place and a direction as Radiance does, in metres and
+the axes of the scene's file: -vp 1 1.2 2 -vd 0 0 -1 -vu 0 1 0. Each view is rendered as
+an equidistant fisheye of 180 degrees; all of them share their photons. Sources are
+connected pixels above --threshold; the sun is one of half a degree. Lamps without size
+give light, but are no sources. The rating of one view needs no others.
+
+Example:
+  glowworm glare office.glb --views desks.vf --sky cie:12,35,180,30000 -o glare.csv)help";
+
+}  // namespace
+
+void add_glare_command(CLI::App& program, const std::string& command_line, int& exit_status) {
+  auto o = std::make_shared<GlareOptions>();
+  o->command_line = command_line;
+  CLI::App* c = program.add_subcommand("glare", "Rates the glare of views: DGP, DGI, UGR.");
+  add_scene_argument(*c, o->scene);
+  add_text(*c, "Glare", "--views", o->views, "FILE", "Views, a line each: -vp X Y Z -vd X Y Z -vu X Y Z")->required();
+  add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
+  add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
+      ->group("Glare");
+  add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
+  add_scene_options(*c, o->changes);
+  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_report_options(*c, false, o->report);
+  c->footer(kGlareFooter);
+  c->callback([o, &exit_status] { exit_status = run_glare(*o); });
+}
+
+}  // namespace glowworm

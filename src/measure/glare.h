@@ -1,0 +1,61 @@
+// Glare of a view: sources in a fisheye picture, and the indices that rate them.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/vec.h"
+#include "scene/camera.h"
+
+namespace glowworm {
+
+/// Luminance of a fisheye picture around the direction of view.
+struct GlarePicture {
+  CameraKind kind = CameraKind::fisheye;  ///< or hemispherical
+  int width = 0, height = 0;
+  float half_x = kPi / 2, half_y = kPi / 2;  ///< of the picture plane (Camera::half_extent) along its sides
+  std::vector<float> luminance;              ///< cd/m^2, row-major, first row on top
+};
+
+/// A source of glare.
+struct GlareSource {
+  Vec3 direction;          ///< unit, from the eye: x to the right, y up, z along the view
+  double solid_angle = 0;  ///< sr
+  double luminance = 0;    ///< cd/m^2, mean over the solid angle
+  double position_index = 1;
+  double illuminance = 0;  ///< lx, on the plane across the view
+};
+
+/// What rates the glare of a view.
+struct Glare {
+  double vertical_illuminance = 0;  ///< lx, on the plane across the view
+  double background = 0;            ///< cd/m^2: illuminance without the sources, over pi
+  double dgp = 0, dgi = 0, ugr = 0;
+  std::vector<GlareSource> sources;
+  std::vector<std::uint32_t> source_of;  ///< of each pixel; kNoGlareSource
+};
+inline constexpr std::uint32_t kNoGlareSource = 0xffffffffu;
+
+/// Where sources begin, cd/m^2: evalglare's numbers (Wienold, "Daylight glare in offices", 2009).
+inline constexpr double kGlareThreshold = 2000, kGlarePeak = 50'000;
+
+/// The position index of a direction: above the line of sight that of Guth (as in the IES Lighting Handbook), below
+/// it that of Iwata and Tokura (1997); at most 16.
+/// @param direction unit, x to the right, y up, z along the view
+double position_index(Vec3 direction);
+
+/// Sources are connected pixels above the threshold; those above kGlarePeak are sources of their own, such as the sun
+/// in a bright sky.
+/// @param threshold cd/m^2; @param lights beside those of the picture, such as the sun, whose disc is less than a pixel
+Glare rate_glare(const GlarePicture& picture, std::span<const GlareSource> lights = {},
+                 double threshold = kGlareThreshold);
+
+/// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006).
+double daylight_glare_probability(double vertical_illuminance, std::span<const GlareSource> sources);
+/// Daylight glare index (Hopkinson, Applied Ergonomics 3, 1972). 0 without sources.
+double daylight_glare_index(double background, std::span<const GlareSource> sources);
+/// Unified glare rating (CIE 117:1995). 0 without sources.
+double unified_glare_rating(double background, std::span<const GlareSource> sources);
+
+}  // namespace glowworm
