@@ -63,7 +63,6 @@ struct Material {
   ColorInput
       coat_normal_map;  ///< like normal_map, for the clearcoat; without it, the clearcoat has the vertices' normal
   float coat_normal_scale = 1;
-  RGB absorption{0.0f};  ///< m^-1, of the volume that a refracting surface encloses (Beer's law)
   float dispersion = 0;  ///< KHR_materials_dispersion: 20 / Abbe number
 
   /// Media on the sides of a surface, indices into SceneDescription::media: inside is the side that normals point away

@@ -21,7 +21,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
-static_assert(sizeof(Material) == 432 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
+static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 112 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
@@ -43,7 +43,6 @@ void add(ContentHash& hash, const Material& m) {
   for (const float number :
        {m.normal_scale, m.coat_normal_scale, m.anisotropy_rotation, m.iridescence_ior, m.least_film, m.dispersion})
     hash.add(number);
-  hash.add(m.absorption);
   hash.add(m.inside);
   hash.add(m.outside);
 }

@@ -274,22 +274,6 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
   return evaluate(scene.textures(), emission.radiance, point.texture);
 }
 
-RGB absorption(const Scene& scene, std::uint32_t triangle, Vec3 direction) {
-  const RGB inside = scene.materials()[scene.geometry().material[triangle]].absorption;
-  return is_black(inside) || dot(direction, scene.diffuse_triangle(triangle).normal) >= 0 ? RGB(0.0f) : inside;
-}
-
-bool has_absorption(const Scene& scene) {
-  return std::any_of(scene.materials().begin(), scene.materials().end(),
-                     [](const Material& m) { return !is_black(m.absorption); });
-}
-
-RGB transmittance(RGB left, RGB arrived, float distance) {
-  if (is_black(left) && is_black(arrived)) return RGB(1.0f);
-  const auto channel = [&](float a, float b) { return std::exp(-std::max(a, b) * distance); };
-  return {channel(left.r, arrived.r), channel(left.g, arrived.g), channel(left.b, arrived.b)};
-}
-
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction) {
   SurfacePoint point = surface_point(scene, triangle, barycentric);
   const Bsdf bsdf = resolve_bsdf(scene, point);

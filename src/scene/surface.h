@@ -102,18 +102,6 @@ template <bool kSmoothToo, typename TriangleOf>
 /// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
-/// Absorption coefficient, m^-1, of the volume that a surface encloses, for rays on its inside; black for rays on its
-/// outside, and for surfaces without a volume. @param direction of the ray, away from the surface
-RGB absorption(const Scene& scene, std::uint32_t triangle, Vec3 direction);
-
-/// Whether any surface encloses a volume that absorbs.
-bool has_absorption(const Scene& scene);
-
-/// Share of light that remains after a distance in metres (Beer's law). Either end of the ray can determine the volume,
-/// so objects inside a volume need no reference to it.
-/// @param left absorption() at the start of the ray; @param arrived at its end
-RGB transmittance(RGB left, RGB arrived, float distance);
-
 /// Share of the light that comes straight through a surface from behind it; black unless it is a pane.
 /// @param direction of a ray towards the light, unit
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction);

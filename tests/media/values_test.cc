@@ -1,4 +1,4 @@
-// Light in media against closed forms and tables. Every bound is at least four standard errors, told by eight seeds.
+// Light in media against closed forms and tables.
 #include <gtest/gtest.h>
 
 #include "media/media_testing.h"
