@@ -400,3 +400,11 @@ def test_frames_are_the_same_alone_and_among_others(square):
     assert (frames[0].image != frames[2].image).any()
     with pytest.raises(glowworm.Error, match="no cameras"):
         next(glowworm.render_frames(square, [], **TINY))
+
+
+def test_a_camera_keeps_its_projection(square):
+    def look(projection):
+        camera = glowworm.Camera((0, 0, 2), (0, 0, 0), field_of_view=120, projection=projection)
+        return glowworm.render(square, camera=camera, **TINY).image
+
+    assert (look("fisheye") != look("perspective")).any()

@@ -190,6 +190,7 @@ def _with_camera(scene: Scene, camera: Camera) -> Tuple[Scene, str]:
         lens_radius=camera.lens_radius,
         focal_distance=camera.focal_distance,
         name=name,
+        projection=camera.projection,
     )
     return scene.with_camera(named), name
 

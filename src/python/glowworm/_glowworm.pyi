@@ -55,6 +55,7 @@ class Camera:
     lens_radius: float
     focal_distance: float
     name: str
+    projection: str
     def __init__(
         self,
         eye: Vector,
@@ -66,6 +67,7 @@ class Camera:
         lens_radius: float = ...,
         focal_distance: float = ...,
         name: str = ...,
+        projection: str = ...,
     ) -> None: ...
 
 class Scene:
