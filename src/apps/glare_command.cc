@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <iterator>
@@ -111,6 +112,17 @@ void add_rows(std::string& text, std::size_t view, const Glare& g, const Camera&
   }
 }
 
+/// No ray of a picture meets them, so that what they send straight into the eye is missing.
+void warn_of_lamps_without_size(const Scene& scene) {
+  const auto count = std::count_if(scene.lights().begin(), scene.lights().end(),
+                                   [](const Light& light) { return light.kind != LightKind::directional; });
+  if (count > 0)
+    warn(
+        fmt::format("lamps without size: {}. They are no sources of glare, and the illuminance at the eye lacks their "
+                    "direct light. Give them a shape that emits",
+                    count));
+}
+
 int run_glare(GlareOptions& o) {
   o.report.apply();
   set_thread_count(o.table.settings);
@@ -126,28 +138,30 @@ int run_glare(GlareOptions& o) {
   files.probe(o.output);
   files.throw_if_any_failed();
   const std::vector<RadianceView> views = read_views(o.views);
-  // Photons that serve all views are not sent towards the first.
-  if (views.size() > 1) asked.guiding = false;
   ImportOptions import_options;
   import_options.budget = loading_budget(asked.memory_bytes);
   std::shared_ptr<const Scene> scene = lit_by_its_own(open_scene(o.scene, import_options, o.changes.changes, &files));
   tell_notes(*scene, o.scene);
   SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), scene->shared_geometry(), {}, ""};
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < views.size(); ++i) {
+    names.push_back(fmt::format("glare view {}", i + 1));
     edit.more_cameras.push_back(camera_of(views[i], *scene));
-    edit.more_cameras.back().name = fmt::format("glare view {}", i + 1);
+    edit.more_cameras.back().name = names.back();
   }
+  asked.guide_cameras = guide_cameras(names);
+  warn_of_lamps_without_size(*scene);
   scene = std::make_shared<const Scene>(*scene, std::move(edit));
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();
   std::string text = fmt::format(
-      "# {}\n# {} lm/W; rows of sources follow those of their view; directions from the eye\n"
+      "# {}\n# {} lm/W; each view is followed by its sources; directions from the eye\n"
       "view,source,DGP,DGI,UGR,E_v_lx,background_cd_m2,dx,dy,dz,solid_angle_sr,luminance_cd_m2,"
       "position_index,E_lx\n",
       one_line(o.command_line), kLuminousEfficacy);
   std::shared_ptr<JobMaps> maps;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    asked.camera = fmt::format("glare view {}", i + 1);
+    asked.camera = names[i];
     const Camera& camera = scene->camera(asked.camera);
     Job job(scene, tracer, asked, nullptr, {}, nullptr, nullptr, maps);
     if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
@@ -157,10 +171,6 @@ int run_glare(GlareOptions& o) {
                        glare.dgi, glare.ugr, glare.vertical_illuminance, glare.sources.size()));
     add_rows(text, i + 1, glare, camera, *scene);
     maps = job.maps();
-    maps->has_gather_guide = false;  // every view learns its own
-    // The next view has the numbers of the first, so that its photons are the same.
-    asked.photons = job.settings().photons;
-    asked.nearest = job.settings().nearest;
   }
   files.write(o.output, [&] { write_file(o.output, text); });
   files.throw_if_any_failed();
@@ -173,7 +183,7 @@ A line of the file of views gives a place and a direction as Radiance does, in m
 the axes of the scene's file: -vp 1 1.2 2 -vd 0 0 -1 -vu 0 1 0. Each view is rendered as
 an equidistant fisheye of 180 degrees; all of them share their photons. Sources are
 connected pixels above --threshold; the sun is one of half a degree. Lamps without size
-give light, but are no sources. The rating of one view needs no others.
+give light to the room, but are no sources.
 
 Example:
   glowworm glare office.glb --views desks.vf --sky cie:12,35,180,30000 -o glare.csv)help";

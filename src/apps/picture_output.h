@@ -52,9 +52,8 @@ void add_picture_options(CLI::App& command, const std::string& group, PictureOpt
 /// Says which of these options have no effect on the formats of the outputs.
 void warn_of_unused_formats(const PictureOptions& options, const std::vector<Output>& outputs);
 
-/// Writes the picture as .exr, .hdr or .png. Returns what to tell of it beside the name: ", exposure +1.0 stops
-/// (auto)", or
-/// "". Throws Error where it cannot be written.
+/// Writes the picture as .exr, .hdr or .png. Returns what to say of it beside the name, such as
+/// ", exposure +1.0 stops (auto)", or "". Throws Error where it cannot be written.
 std::string write_picture(const Output& output, const Image& image, const PictureOptions& options);
 
 }  // namespace glowworm

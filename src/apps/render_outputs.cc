@@ -189,7 +189,7 @@ void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {
 int finish_render(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files,
                   std::chrono::steady_clock::time_point start, const std::exception_ptr& failure) {
   const bool any = has_samples(job.film());
-  // Frames whose files exist are not rendered again, so that those of unfinished ones must not.
+  // A frame whose files exist is not rendered again, so an unfinished one writes none.
   if (o.sequence.is_given() && job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
   if (o.sequence.is_given() && failure) std::rethrow_exception(failure);
   if (failure && !any) std::rethrow_exception(failure);

@@ -32,7 +32,7 @@ namespace glowworm {
 
 namespace {
 
-/// Pixels along the longer side, and samples, of the pictures that tell the exposure.
+/// Pixels along the longer side, and samples, of the pictures that the exposure is chosen by.
 constexpr int kExposureSide = 48;
 constexpr std::uint32_t kExposureSamples = 4;
 

@@ -81,7 +81,7 @@ class Path {
         radiance_(radiance),
         first_hit_(first_hit),
         lookups_(lookups),
-        crosses_media_(crosses_media(scene_)) {}
+        crosses_media_(scene_.crosses_media()) {}
 
   /// The light that arrives at the place of a sample of a cell of the grid.
   void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {

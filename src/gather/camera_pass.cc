@@ -63,7 +63,7 @@ class BlockTracer {
         hits_(memory.hits),
         paths_(memory.paths),
         walk_(tracer, radiance, memory.segments, settings.photons_alone),
-        crosses_media_(crosses_media(tracer.scene())),
+        crosses_media_(tracer.scene().crosses_media()),
         in_media_(!tracer.scene().media().empty()),
         camera_medium_(camera_medium(tracer, camera)) {}
 

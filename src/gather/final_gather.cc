@@ -357,7 +357,7 @@ class ChunkGatherer {
   std::uint32_t segments_ = 0;    // of the paths under way, before those being traced
   MediumWalk walk_;
   std::uint64_t shadow_rays_ = 0;
-  const bool crosses_media_ = crosses_media(scene_);
+  const bool crosses_media_ = scene_.crosses_media();
 };
 
 /// Working memory, reused for one chunk after another.

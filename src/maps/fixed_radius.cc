@@ -13,6 +13,8 @@ namespace {
 /// Rounds end when the mean is within this share of the number that is wanted; five or fewer suffice.
 constexpr double kDeviation = 0.02;
 constexpr int kMostRounds = 8;
+/// Squares of pixels that are looked at, at most.
+constexpr std::size_t kMostSquares = 1024;
 
 /// The mean number of photons of the maps within reach of query points.
 double mean_count(const Tracer& tracer, const PhotonMaps& maps, const View& view, const std::vector<CameraTask>& tasks,
@@ -39,7 +41,7 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
   pass.values = {};
   pass.light_groups = nullptr;
   pass.guide = nullptr;
-  std::vector<CameraTask> tasks = squares_of(part, 1024);
+  std::vector<CameraTask> tasks = squares_of(part, kMostSquares);
   if (tasks.empty()) tasks.push_back({part.x0, part.y0, part.x1, part.y1, 0, 1});
   Statistics not_the_renders;
   for (int round = 0;; ++round) {

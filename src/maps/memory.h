@@ -18,8 +18,6 @@ inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bo
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;
-/// Bytes of a segment in a medium: itself, twice while they are joined, its radiance, and an index's order of it.
-inline constexpr std::uint64_t kBytesPerSegment = 2 * 88 + 64;
 /// Bytes of a photon while photons are traced and sorted.
 inline constexpr std::uint64_t kBytesPerPhoton = 200;
 /// Bytes of a thread for its rays.

@@ -14,6 +14,11 @@ namespace glowworm {
 
 namespace {
 
+/// Bytes of a segment in a medium: itself, twice while they are joined, its radiance, and what a map takes for it.
+std::uint64_t bytes_per_segment() {
+  return 2 * bytes_each<VolumeSegments>() + sizeof(RGB) + VolumeMap::segment_bytes(1);
+}
+
 class PassRenderer {
  public:
   PassRenderer(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PassSettings& settings,
@@ -199,7 +204,7 @@ class PassRenderer {
     const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
     const bool caustics = settings_.secondary_gather && settings_.indirect && !maps_.caustic_engines().empty();
     // The secondary gather looks up both maps.
-    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1) + (in_media() ? kBytesPerSegment : 0);
+    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1) + (in_media() ? bytes_per_segment() : 0);
     const auto queries_at_once =
         static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
     const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);

@@ -79,7 +79,7 @@ void PhotonMaps::forget() {
   for (IndexedMap* map : {&global_, &caustic_}) map->clear();
   for (auto* guide : {&surface_guide_, &air_guide_}) guide->clear();
   media_photons_.clear();
-  in_media_.clear();
+  for (auto* maps : {&in_media_, &signed_media_}) maps->clear();
   radius_grid_.clear();
   patches_.clear();
   diagnosis_.clear();
@@ -163,8 +163,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   global_.clear();
   caustic_.clear();
   media_photons_.clear();
-  in_media_.clear();
-  signed_media_.clear();
+  for (auto* maps : {&in_media_, &signed_media_}) maps->clear();
   // What was found with these photons before stays: radii by place and bright patches.
   const IndexInputs inputs = inputs_of(global_);
   radius_grid_.keep_if(inputs);

@@ -15,7 +15,7 @@ namespace {
 
 /// What bounds the cost, and gives the root to a tenth: squares; pixels of each that show its level, and their rays;
 /// pixels of all whose variance is found, and their rays in each of two sets.
-constexpr std::size_t kMostSquares = 128, kMostPixels = 256;
+constexpr std::size_t kMostNoiseSquares = 128, kMostPixels = 256;
 constexpr std::size_t kLevelPixels = 8;
 constexpr std::uint32_t kLevelRays = 8, kRays = 16;
 constexpr std::size_t kPixelsEach = static_cast<std::size_t>(CameraTask::kSquare) * CameraTask::kSquare;
@@ -124,7 +124,7 @@ double noise_left_to_samples(double target, double photon_variance) {
 
 double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, const View& view, const PixelBounds& part,
                                const PassSettings& settings, MemoryBudget& budget) {
-  const std::vector<CameraTask> squares = squares_of(part, kMostSquares);
+  const std::vector<CameraTask> squares = squares_of(part, kMostNoiseSquares);
   if (squares.empty()) return 0;
   PassMemory memory;
   Statistics not_the_renders;

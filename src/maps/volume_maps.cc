@@ -19,7 +19,7 @@ bool varies_in_colour(const Medium& medium) {
 
 /// For each medium whether its photons are beams.
 std::vector<bool> choose_beams(const Scene& scene, const VolumePhotons& points, std::span<const float> radii) {
-  std::vector<double> radius(scene.media().size()), free(radius), count(radius);
+  std::vector<double> radius(scene.media().size()), count(radius);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::uint32_t m = points.medium[i];
     const MediumPoint here = medium_point(scene.media()[m], points.position[i]);

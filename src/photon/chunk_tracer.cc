@@ -444,7 +444,7 @@ class ChunkTracers::ChunkTracer {
   DiffuseHits block_;
   std::array<std::uint8_t, DiffuseHits::kBlock> bounce_ = {};  // the bits of each path's bounce
   PhotonChunk* result_ = nullptr;
-  const bool crosses_media_ = crosses_media(scene_);
+  const bool crosses_media_ = scene_.crosses_media();
   float before_medium_ = 0;  // largest flux of a path before its piece in a medium
 };
 

@@ -12,10 +12,10 @@
 
 namespace glowworm {
 
-/// The medium around a path, as far as the path knows.
+/// The medium around a path.
 struct PathMedium {
   std::uint32_t index = ~0u;  ///< into Scene::media(); kNone: vacuum
-  bool named = false;         ///< by the place where the path is: the surface that it meets cannot know better
+  bool named = false;         ///< by the surface that the path left; if not, the next one may name another
   bool operator==(const PathMedium&) const = default;
 };
 

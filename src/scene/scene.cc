@@ -185,6 +185,9 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   note_rounding(*geometry_, d_.origin_is_exact ? Vec3{0, 0, 0} : origin_, length(bounds_.diagonal()), d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
+  crosses_media_ = !d_.media.empty() || std::any_of(d_.materials.begin(), d_.materials.end(), [](const Material& m) {
+    return m.kind == MaterialKind::interface;
+  });
   find_repeated();
   find_light_sources();
   check_dimness(d_, radius_);
@@ -212,7 +215,8 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       center_(scene.center_),
       radius_(scene.radius_),
       material_has_alpha_(scene.material_has_alpha_),
-      material_is_pane_(scene.material_is_pane_) {
+      material_is_pane_(scene.material_is_pane_),
+      crosses_media_(scene.crosses_media_) {
   const bool same_triangles = !edit.geometry || (edit.geometry->triangles.size() == geometry_->triangles.size() &&
                                                  edit.geometry->emission.size() == geometry_->emission.size());
   if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)

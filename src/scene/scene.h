@@ -160,6 +160,8 @@ class Scene {
   /// Whether a material may pass light on in a straight line, as a pane of glass does: shadow rays pass through it
   /// (straight_transmittance()).
   bool is_pane(std::uint32_t material) const { return material_is_pane_[material]; }
+  /// Whether paths must look for media and interfaces on their way.
+  bool crosses_media() const { return crosses_media_; }
 
  private:
   void measure();
@@ -181,6 +183,7 @@ class Scene {
   LightSelector light_selector_;
   Distribution2D environment_distribution_;
   std::vector<bool> material_has_alpha_, material_is_pane_;
+  bool crosses_media_ = false;
 };
 
 }  // namespace glowworm

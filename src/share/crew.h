@@ -29,7 +29,7 @@ std::string agree_on_instruction_sets(Ranks& ranks, double late_after = kLateAft
 /// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all.
 void report_failure(Ranks& ranks, const std::string& message);
 
-/// Tells rank 0 that this rank has done its frames of a sequence.
+/// Sends rank 0 the message that this rank has done its frames of a sequence.
 void report_end(Ranks& ranks);
 /// Waits until all other ranks have ended or failed; returns the failures, which name their ranks.
 /// @param cancelled ends the wait

@@ -25,6 +25,7 @@ Ray ray_to_light(Vec3 from, Vec3 side, const LightSample& light, float time) {
   // A point light has no side to offset to.
   return {from, 0, way / distance, light.delta ? distance * (1 - kShadowError) : distance, time};
 }
+
 }  // namespace
 
 UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, RGB scattered, float weight) {

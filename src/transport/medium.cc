@@ -49,6 +49,7 @@ RGB shares(RGB throughput) {
   const float sum = throughput.r + throughput.g + throughput.b;
   return sum > 0 ? throughput / sum : RGB(1.0f / 3);
 }
+
 MediumSample sample_homogeneous(const Medium& medium, MediumSpan span, RGB throughput, Vec2 u) {
   const RGB sigma_t = medium.sigma_a + medium.sigma_s;
   const int channel = choose_channel(throughput, u.x);
@@ -82,11 +83,6 @@ RGB transmittance(RGB sigma_t, float distance) {
 RGB opacity(RGB sigma_t, float distance) {
   const auto channel = [distance](float sigma) { return sigma > 0 ? -std::expm1(-sigma * distance) : 0.0f; };
   return {channel(sigma_t.r), channel(sigma_t.g), channel(sigma_t.b)};
-}
-
-bool crosses_media(const Scene& scene) {
-  return !scene.media().empty() || std::any_of(scene.materials().begin(), scene.materials().end(),
-                                               [](const Material& m) { return m.kind == MaterialKind::interface; });
 }
 
 bool is_interface(const Scene& scene, std::uint32_t triangle) {

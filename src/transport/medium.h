@@ -11,8 +11,6 @@
 
 namespace glowworm {
 
-/// Whether paths must look for media and interfaces on their way.
-bool crosses_media(const Scene& scene);
 bool is_interface(const Scene& scene, std::uint32_t triangle);
 
 /// The medium around a path that leaves a surface: that which the surface names on that side. Where it names only the
@@ -21,15 +19,15 @@ bool is_interface(const Scene& scene, std::uint32_t triangle);
 PathMedium medium_behind(const Scene& scene, PathMedium before, std::uint32_t triangle, Vec3 direction);
 /// Both sides of the surface that a path meets. @param arrived around the path @param wo back along it
 MediumSides media_at(const Scene& scene, PathMedium arrived, std::uint32_t triangle, Vec3 wo);
-/// The medium around the straight piece of a path that ends at a surface. The surface where it starts knows best, then
-/// the one that it meets: so bodies within a medium need no reference to it.
+/// The medium around the straight piece of a path that ends at a surface. The surface where it starts decides if it
+/// names that side, then the one that it meets: so bodies within a medium need no reference to it.
 /// @param start at the start of the piece @param triangle where it ends, or kNone
 PathMedium medium_until(const Scene& scene, PathMedium start, std::uint32_t triangle, Vec3 direction);
 /// Around paths that come from infinity. A medium without bounds would let nothing through: where surfaces part media,
 /// there is vacuum outside of them.
 PathMedium medium_at_infinity(const Scene& scene);
-/// The medium where paths start that have met no surface, told by the first surface along the ray that names a medium
-/// on its near side, behind others, too; else the ambient medium.
+/// The medium where a path starts that has met no surface: that on the near side of the first surface along the ray
+/// which names one there, behind others, too; else the ambient medium.
 PathMedium medium_at_start(const Tracer& tracer, Vec3 position, Vec3 direction);
 
 PathMedium camera_medium(const Tracer& tracer, const Camera& camera);
