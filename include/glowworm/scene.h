@@ -34,7 +34,7 @@ struct Camera {
 
 /// Changes of a scene while it is read. The defaults change nothing.
 struct LoadOptions {
-  bool z_up = false;         ///< the file's z axis points up, instead of its y axis; the scene has y up
+  bool z_up = false;         ///< the file's z axis points up, as always in .rad, instead of y; the scene has y up
   float scale = 1;           ///< metres per unit of the file; lights keep their power
   std::string environment;   ///< in place of the scene's own: an image file, or a radiance "R,G,B", W sr^-1 m^-2
   std::string sky;           ///< in place of the environment, as the option --sky

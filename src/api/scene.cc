@@ -86,7 +86,7 @@ std::vector<std::string> load_option_names() {
 
 Scene Scene::load(const std::string& path, const LoadOptions& options) {
   SceneChanges changes;
-  changes.z_up = options.z_up;
+  if (options.z_up) changes.z_up = true;  // else as the format has it
   check(options.scale > 0 && std::isfinite(options.scale), "the scale of a scene must be a finite number above 0",
         "Give metres per unit of the file.");
   changes.metres_per_unit = options.scale;

@@ -20,7 +20,6 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
-#include "core/lines.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "measure/doubts.h"
@@ -41,26 +40,16 @@ struct GlareOptions {
   SceneOptions changes;
 };
 
-/// The views of a file: a line of options each, without empty lines and those that begin with #.
+/// The views of a file, as fisheyes of 180 degrees.
 std::vector<RadianceView> read_views(const std::string& path) {
   MemoryBudget budget(default_memory_bytes());
   Reservation held(budget, "the file of views", 0);
   const std::string text = read_input_file(path, held);
-  std::string_view rest = text;
-  std::vector<RadianceView> views;
-  for (int number = 1; !rest.empty(); ++number) {
-    const std::string_view line = take_line(rest);
-    if (line.find("-v") == std::string_view::npos || line.starts_with('#')) continue;
-    try {
-      views.push_back(parse_radiance_view(line));
-    } catch (const Error& error) {
-      throw Error(FilePlace{path, number}, error.what());
-    }
-    views.back().kind = CameraKind::fisheye;
-    views.back().horizontal = views.back().vertical = 180;
+  std::vector<RadianceView> views = parse_radiance_views(text, path);
+  for (RadianceView& view : views) {
+    view.kind = CameraKind::fisheye;
+    view.horizontal = view.vertical = 180;
   }
-  if (views.empty())
-    throw Error(FilePlace{path}, "the file holds no view", "Write a line such as -vp 1 2 1.2 -vd 0 1 0.");
   return views;
 }
 

@@ -19,7 +19,7 @@ namespace glowworm {
 void add_scene_argument(CLI::App& command, std::string& scene) {
   command
       .add_option("scene", scene,
-                  fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .fbx ...), or one of builtin:{}",
+                  fmt::format("A scene file (.pbrt .gltf .glb .obj .ply .rad .fbx ...), or one of builtin:{}",
                               fmt::join(builtin_scene_names(), ", builtin:")))
       ->required()
       ->option_text("SCENE");

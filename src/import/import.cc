@@ -17,6 +17,7 @@
 #include "import/mesh_file.h"
 #include "import/obj/reader.h"
 #include "import/pbrt/import.h"
+#include "import/rad/reader.h"
 
 namespace glowworm {
 
@@ -46,9 +47,11 @@ SceneDescription load_format(const std::string& path, const ImportOptions& optio
   if (extension == ".obj") return load_obj(path, options, origin);
   if (extension == ".ply") return load_ply(path, options, origin);
   if (extension == ".stl") return load_stl(path, options, origin);
+  if (extension == ".rad") return load_rad(path, options, origin);
   if (assimp_reads(extension)) return load_assimp(path, options, origin);
-  throw Error({path}, "files of type '" + extension + "' are not supported",
-              "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
+  throw Error(
+      {path}, "files of type '" + extension + "' are not supported",
+      "Supported: .pbrt, .gltf, .glb, .obj, .ply, .stl, .rad and what Assimp reads (.fbx, .dae, .blend, .3ds, ...).");
 }
 
 SceneDescription load_file(const std::string& path, const ImportOptions& options) {

@@ -61,11 +61,11 @@ struct ImportOptions {
 bool is_builtin(std::string_view path_or_builtin);
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
-/// its .mtl), .ply, .stl, or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths are interpreted
-/// as metres; the up axis is not changed. The description's notes list features of the file that are not supported. A
-/// texture that cannot be read becomes its stand-in (import/stand_in.h), with a warning and a note. Throws Error with
-/// file, place and remedy if something is missing, broken or too large for the budget, or if the name or the extension
-/// is unknown.
+/// its .mtl), .ply, .stl, .rad (Radiance), or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths
+/// are interpreted as metres; the up axis is not changed, but that of .rad is turned from z to y. The description's
+/// notes list features of the file that are not supported. A texture that cannot be read becomes its stand-in
+/// (import/stand_in.h), with a warning and a note. Throws Error with file, place and remedy if something is missing,
+/// broken or too large for the budget, or if the name or the extension is unknown.
 SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options = {});
 
 }  // namespace glowworm

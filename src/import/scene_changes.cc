@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/text.h"
 #include "image/image_file.h"
 #include "image/texture_file.h"
@@ -17,6 +18,7 @@
 #include "import/sky_text.h"
 #include "scene/default_camera.h"
 #include "scene/environment_bytes.h"
+#include "scene/radiance_view.h"
 #include "scene/scene_checks.h"
 
 namespace glowworm {
@@ -30,11 +32,12 @@ std::optional<RGB> parse_radiance(const std::string& text) {
   return v.size() == 3 ? std::optional(RGB(v[0], v[1], v[2])) : std::nullopt;
 }
 
-/// Rotates z up to y up and scales lengths and coefficients of media, which are per metre. Intensities, fluxes and
-/// radiances are unchanged.
+/// Rotates the axis that points up to y and scales lengths and coefficients of media, which are per metre. Intensities,
+/// fluxes and radiances are unchanged.
 void change_space(SceneDescription& d, bool z_up, float scale) {
   Transform turn;
-  if (z_up) turn = {turn.x, y_up_from_z_up(turn.y), y_up_from_z_up(turn.z), {0, 0, 0}};
+  if (z_up && !d.z_up) turn = {turn.x, y_up_from_z_up(turn.y), y_up_from_z_up(turn.z), {0, 0, 0}};
+  if (!z_up && d.z_up) turn = {turn.x, z_up_from_y_up(turn.y), z_up_from_y_up(turn.z), {0, 0, 0}};
   d.z_up = z_up;
   Transform map = {turn.x * scale, turn.y * scale, turn.z * scale, {0, 0, 0}};
   // The new origin is rounded to floats; positions take up the difference.
@@ -83,12 +86,20 @@ void change_camera(Camera& camera, const SceneChanges& changes) {
   camera.half_extent = half_extent_of(camera.kind, degrees);
 }
 
+void add_views(SceneDescription& d, const std::string& path, MemoryBudget& budget) {
+  Reservation held(budget, "the file of views", 0);
+  std::vector<Camera> cameras;
+  for (const RadianceView& view : parse_radiance_views(read_input_file(path, held), path)) {
+    cameras.push_back(camera_of(view, d.z_up, d.origin));
+    cameras.back().name = fmt::format("view {}", cameras.size());
+  }
+  d.cameras.insert(d.cameras.begin(), cameras.begin(), cameras.end());
+}
+
 void change_cameras(SceneDescription& d, const SceneChanges& changes) {
   if (changes.look_at) {
     Camera first = d.cameras.empty() ? Camera() : d.cameras.front();
-    const auto inside = [&](Vec3d place) {
-      return narrow((changes.z_up ? y_up_from_z_up(place) : place) - Vec3d(d.origin));
-    };
+    const auto inside = [&](Vec3d place) { return narrow((d.z_up ? y_up_from_z_up(place) : place) - Vec3d(d.origin)); };
     const Vec3 eye = inside((*changes.look_at)[0]), target = inside((*changes.look_at)[1]);
     // If the camera looks straight up or down, the scene's -z is at the upper edge of the picture.
     const Vec3 way = target - eye;
@@ -162,11 +173,12 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   d.studio_light = changes.studio_light;
-  if (changes.z_up || changes.metres_per_unit != 1) change_space(d, changes.z_up, changes.metres_per_unit);
+  const bool z_up = changes.z_up.value_or(d.z_up);
+  if (z_up != d.z_up || changes.metres_per_unit != 1) change_space(d, z_up, changes.metres_per_unit);
+  if (!changes.view_file.empty()) add_views(d, changes.view_file, *budget);
   change_cameras(d, changes);
   if (changes.visibility > 0) add_haze(d, changes.visibility);
-  for (const std::string& text : changes.luminaires)
-    d.lights.push_back(luminaire_of_text(text, changes.z_up, d.origin));
+  for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text, d.z_up, d.origin));
   if (!changes.sky.empty()) {
     add_sky(changes.sky, d);
   } else if (changes.uniform_radiance) {

@@ -19,8 +19,9 @@ struct SceneChanges {
   std::string sky;                      ///< replaces the environment, as add_sky() parses it
   float environment_turn = 0;           ///< degrees around the up axis, counter-clockwise seen from above
   float environment_scale = 1;          ///< factor on the environment's radiance
-  /// The file's z axis points up, instead of its y axis. The places and directions of luminaires and look_at have it.
-  bool z_up = false;
+  /// Whether the file's z axis points up, or else its y axis; empty: as its format has it. The places and directions of
+  /// luminaires, views and look_at have it.
+  std::optional<bool> z_up;
   float metres_per_unit = 1;                    ///< scale of the file's lengths
   Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
   bool studio_light = true;                     ///< where the scene has no light
@@ -28,6 +29,7 @@ struct SceneChanges {
   std::optional<CameraKind> projection;         ///< of all cameras; those of angles show 180 degrees by default
   float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
+  std::string view_file;                        ///< of Radiance; its cameras stand before those of the scene
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
 

@@ -46,7 +46,8 @@ constexpr SceneOption kSceneOptions[] = {
      }},
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
-    {"--up", "y|z [y]", "Axis of the file that points up; places and directions of other options have it, too",
+    {"--up", "y|z [y; z of .rad]",
+     "Axis of the file that points up; places and directions of other options have it, too",
      [](SceneChanges& c, const std::string& text) {
        if (text != "y" && text != "z") throw Error(fmt::format("--up '{}' is neither y nor z", text));
        c.z_up = text == "z";
@@ -67,6 +68,8 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) { c.moment.animation = text; }},
     {"--at", "SECONDS [0]", "Moment of the animation that is shown",
      [](SceneChanges& c, const std::string& text) { c.moment.seconds = parse_number("--at", text, 0, 1e9f); }},
+    {"--view-file", "FILE", "Cameras of a Radiance file of views (.vf), 'view 1' and so on, before those of the scene",
+     [](SceneChanges& c, const std::string& text) { c.view_file = text; }},
     {"--look-at", "X,Y,Z,X,Y,Z", "Place the scene's first camera: eye and target (m)",
      [](SceneChanges& c, const std::string& text) { c.look_at = parse_look_at(text); }},
 };

@@ -76,10 +76,28 @@ RadianceView parse_radiance_view(std::string_view text) {
       }
     if (word == "-vh") view.horizontal = numbers_after<1>(words, i)[0];
     if (word == "-vv") view.vertical = numbers_after<1>(words, i)[0];
+    if ((word == "-vs" || word == "-vl") && numbers_after<1>(words, i)[0] != 0)
+      throw Error(fmt::format("views with {} are not supported", word), "Cut the picture by --crop instead.");
   }
   if (!(length(cross(narrow(view.direction), narrow(view.up))) > 0))
     throw Error("the view has no direction, or looks along -vu", "Give -vd and -vu along different lines.");
   return view;
+}
+
+std::vector<RadianceView> parse_radiance_views(std::string_view text, const std::string& path) {
+  std::vector<RadianceView> views;
+  for (int line = 1; !text.empty(); ++line) {
+    const std::string_view words = take_line(text);
+    if (words.find("-v") == std::string_view::npos || words.starts_with('#')) continue;
+    try {
+      views.push_back(parse_radiance_view(words));
+    } catch (const Error& error) {
+      throw Error(FilePlace{path, line}, error.what());
+    }
+  }
+  if (views.empty())
+    throw Error(FilePlace{path}, "the file holds no view", "Write a line such as -vp 1 2 1.2 -vd 0 1 0.");
+  return views;
 }
 
 std::string radiance_view_text(const RadianceView& v) {
@@ -106,9 +124,12 @@ std::string radiance_view_text(const Camera& camera, const Scene& scene, int wid
   return radiance_view_text(view);
 }
 
-Camera camera_of(const RadianceView& view, const Scene& scene) {
-  const auto direction = [&](const Vec3d& d) { return scene.from_file_axes(narrow(d)); };
-  const Vec3 eye = scene.inside(scene.from_file_axes(view.position));
+Camera camera_of(const RadianceView& view, const Scene& scene) { return camera_of(view, scene.z_up(), scene.origin()); }
+
+Camera camera_of(const RadianceView& view, bool z_up, Vec3 origin) {
+  const auto axes = [&](const Vec3d& v) { return z_up ? y_up_from_z_up(v) : v; };
+  const auto direction = [&](const Vec3d& d) { return narrow(axes(d)); };
+  const Vec3 eye = narrow(axes(view.position) - Vec3d(origin));
   const double shorter = std::min(view.horizontal, view.vertical);
   Camera camera = look_at({0, 0, 0}, direction(view.direction), direction(view.up), 45);
   camera.to_world.translation = eye;

@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "scene/camera.h"
 #include "scene/scene.h"
@@ -16,8 +17,13 @@ struct RadianceView {
 };
 
 /// Reads the options that a RadianceView has, and skips others, such as the name of a program. Throws Error for a
-/// direction without length, for one that is not finite, and for types of views that no camera has.
+/// direction without length, for one that is not finite, for types of views that no camera has, and for -vs and -vl
+/// other than 0.
 RadianceView parse_radiance_view(std::string_view text);
+
+/// The views of a file: a line of options each, as rvu(1) writes them; other lines are skipped. Throws Error with file
+/// and line as parse_radiance_view() does, and for a file without views.
+std::vector<RadianceView> parse_radiance_views(std::string_view text, const std::string& path);
 
 /// "-vta -vp x y z -vd x y z -vu x y z -vh degrees -vv degrees".
 std::string radiance_view_text(const RadianceView& view);
@@ -27,5 +33,8 @@ std::string radiance_view_text(const Camera& camera, const Scene& scene, int wid
 
 /// The camera of a view. It shows the angle of the view's shorter side.
 Camera camera_of(const RadianceView& view, const Scene& scene);
+/// The same in a scene whose file has z up or not (SceneDescription::z_up), and whose positions are relative to
+/// `origin`.
+Camera camera_of(const RadianceView& view, bool z_up, Vec3 origin);
 
 }  // namespace glowworm

@@ -69,6 +69,8 @@ TEST(FuzzSeeds, ObjFilesAndTheirMaterials) { EXPECT_GT(for_each_seed("obj", fuzz
 
 TEST(FuzzSeeds, StlFiles) { EXPECT_GT(for_each_seed("stl", fuzz::parse_stl_mesh), 1u); }
 
+TEST(FuzzSeeds, ScenesOfRadiance) { EXPECT_GT(for_each_seed("rad", fuzz::parse_rad_scene), 2u); }
+
 TEST(FuzzSeeds, ScenesHandedOverByAssimp) { EXPECT_GT(for_each_seed("assimp", fuzz::parse_hand_over), 2u); }
 
 }  // namespace

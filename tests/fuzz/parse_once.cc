@@ -12,6 +12,7 @@
 #include "import/pbrt/parser.h"
 #include "import/pbrt/spectrum.h"
 #include "import/ply/reader.h"
+#include "import/rad/reader.h"
 #include "import/stl/reader.h"
 
 namespace glowworm::fuzz {
@@ -126,6 +127,17 @@ void parse_stl_mesh(std::string_view bytes) {
     const Geometry mesh = read_near(origin, [&] { return parse_stl(bytes, "fuzz.stl", budget, origin); });
     require(mesh.normals.size() == mesh.positions.size() && mesh.uvs.size() == mesh.positions.size());
     require(mesh.positions.size() == 3 * mesh.triangles.size());
+  } catch (const Error&) {
+  }
+}
+
+void parse_rad_scene(std::string_view text) {
+  MemoryBudget budget(kBudget);
+  NoteCounter notes;
+  const RadFileReader no_file = [](std::string&, const std::string&) -> std::string { throw Error("no file"); };
+  try {
+    CoordinateOrigin origin;
+    expect_consistent(read_near(origin, [&] { return parse_rad(text, "fuzz.rad", no_file, notes, budget, origin); }));
   } catch (const Error&) {
   }
 }

@@ -28,6 +28,10 @@ void parse_obj_and_mtl(std::string_view text);
 /// Reads `bytes` as an STL file; a mesh that contradicts itself aborts.
 void parse_stl_mesh(std::string_view bytes);
 
+/// Reads `text` as a scene of Radiance that includes no file. Mistakes are expected; a scene that contradicts itself
+/// aborts.
+void parse_rad_scene(std::string_view text);
+
 /// Builds a scene from `bytes` as if glowworm-assimp had handed them over; one that contradicts itself aborts.
 void parse_hand_over(std::string_view bytes);
 
