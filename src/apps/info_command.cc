@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/commands.h"
 #include "apps/open_scene.h"
@@ -17,6 +18,7 @@
 #include "scene/light_rig.h"
 #include "scene/scene.h"
 #include "settings/effects.h"
+#include "settings/steep_maps.h"
 
 namespace glowworm {
 
@@ -89,6 +91,13 @@ std::array<RGB, 2> greatest_coefficients(const Medium& m) {
   return {m.sigma_a * factors.sigma_a, m.sigma_s * factors.sigma_s};
 }
 
+std::vector<std::string> all_notes(const Scene& scene) {
+  std::vector<std::string> notes = effect_notes(scene, RenderSettings{});
+  for (const std::vector<std::string>& more : {steep_map_notes(scene), scene.notes()})
+    notes.insert(notes.end(), more.begin(), more.end());
+  return notes;
+}
+
 void print_media(const Scene& scene) {
   if (scene.media().empty()) return;
   say("media      {}\n", scene.media().size());
@@ -128,8 +137,7 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   for (const Camera& c : scene.cameras())
     say("  {:<32} at {}\n", c.name.empty() ? "(unnamed)" : c.name,
         place_text(file_place(scene, c.to_world.translation)));
-  for (const std::string& note : effect_notes(scene, RenderSettings{})) say("note: {}\n", note);
-  for (const std::string& note : scene.notes()) say("note: {}\n", note);
+  for (const std::string& note : all_notes(scene)) say("note: {}\n", note);
 }
 
 nlohmann::json numbers(Vec3d v) { return {v.x, v.y, v.z}; }
@@ -170,8 +178,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
     out["lights"].push_back({{"name", name}, {"power_rgb_w", numbers(power)}});
   for (const Camera& c : scene.cameras())
     out["cameras"].push_back({{"name", c.name}, {"position_m", numbers(file_place(scene, c.to_world.translation))}});
-  for (const std::string& note : effect_notes(scene, RenderSettings{})) out["notes"].push_back(note);
-  for (const std::string& note : scene.notes()) out["notes"].push_back(note);
+  out["notes"] = all_notes(scene);
   fmt::print("{}\n", out.dump(2, ' ', true, json::error_handler_t::replace));
 }
 

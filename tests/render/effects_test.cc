@@ -1,10 +1,11 @@
-// Notes of a render on caustics.
+// Notes on materials: caustics, steep maps.
 #include "settings/effects.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "scene/scene_parts.h"
+#include "settings/steep_maps.h"
 
 namespace glowworm {
 namespace {
@@ -47,6 +48,35 @@ TEST(EffectNotes, SummariseManyMaterials) {
   const std::vector<std::string> notes = effect_notes(floors(many), {});
   ASSERT_EQ(notes.size(), 9u);
   EXPECT_EQ(notes.back(), "more materials like these: 12");
+}
+
+/// A floor of four metres along u, and bumps that rise along a share of u and are even on the rest.
+SceneDescription bumpy(float share, float slope) {
+  SceneDescription d = floor_description();
+  d.textures.push_back(image_node([share](Vec2 uv) { return RGB(std::min(uv.x, share)); }));
+  d.materials[0].name = "tiles";
+  d.materials[0].bump = {4 * slope, 0, Channel::red};
+  return d;
+}
+
+TEST(SteepMapNotes, NameMaterialsWhoseMapsTurnNormalsFar) {
+  EXPECT_THAT(steep_map_notes(Scene(bumpy(0.5f, 1.2f))),
+              testing::ElementsAre(testing::AllOf(testing::StartsWith("material \"tiles\" has a steep map"),
+                                                  testing::HasSubstr("on 50% of its surface"))));
+  EXPECT_THAT(steep_map_notes(Scene(bumpy(0.5f, 0.8f))), testing::IsEmpty()) << "a slope below 1";
+  EXPECT_THAT(steep_map_notes(Scene(bumpy(0.02f, 1.2f))), testing::IsEmpty()) << "a small share";
+  EXPECT_THAT(steep_map_notes(Scene(floor_description())), testing::IsEmpty());
+}
+
+TEST(SteepMapNotes, NameThePartsOfAMix) {
+  SceneDescription d = bumpy(0.5f, 1.2f);
+  Material mix = material("mix", MaterialKind::mix, 0);
+  mix.mix_a = 0;
+  mix.mix_b = 2;
+  d.materials = {d.materials[0], mix, material("paint", MaterialKind::diffuse, 0)};
+  for (std::uint32_t& of : d.geometry.material) of = 1;
+  EXPECT_THAT(steep_map_notes(Scene(std::move(d))),
+              testing::ElementsAre(testing::StartsWith("material \"tiles\" has a steep map")));
 }
 
 }  // namespace
