@@ -107,7 +107,8 @@ struct PieceItems {
   void fill(BeamBlock& block, std::size_t lane, std::size_t piece) const {
     const std::uint32_t i = beam[piece];
     const float r = radius(piece);
-    set_place(block, lane, place(piece, begin(piece)), beams.direction[i], scaled_flux(flux[i], r));
+    const RGB corrected = pieces.factor.empty() ? flux[i] : flux[i] * pieces.factor[piece];
+    set_place(block, lane, place(piece, begin(piece)), beams.direction[i], scaled_flux(corrected, r));
     block.radius_squared[lane] = r * r;
     block.length[lane] = pieces.end[piece] - begin(piece);
   }

@@ -36,7 +36,8 @@ class VolumeMap {
   /// is a tube of its radius, and the segment counts where it is in the tube. Full crossings sum K1(u / r) / (r
   /// sin(theta)), where K1 is the projection of the tube's kernel; ends cut a crossing off, so parallel beams have a
   /// finite sum. Either way, the segment's end is sharp, and the part of a kernel that reaches out of the medium at its
-  /// boundary is lost: within a radius of a boundary the estimate is too low, by half at most beside a plane.
+  /// boundary is lost: within a radius of a boundary the estimate is too low, by half at most beside a plane, unless
+  /// BeamPieces::factor makes up for it.
   void estimate(const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;
 
   /// Whether no photon or beam is in the index.

@@ -16,8 +16,9 @@ std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32
 struct BeamPieces {
   /// The pieces of beam i are first[i] to first[i + 1] - 1, from its origin on. One more element than beams.
   std::vector<std::uint32_t> first;
-  std::vector<float> end;    ///< of each piece: the distance from the beam's origin where it ends, metres
-  std::vector<float> radii;  ///< of each piece, metres, positive and finite
+  std::vector<float> end;     ///< of each piece: the distance from the beam's origin where it ends, metres
+  std::vector<float> radii;   ///< of each piece, metres, positive and finite
+  std::vector<float> factor;  ///< of each piece, on the flux (maps/medium_parts.h); empty: 1
 
   /// The distance from the origin of beam i where one of its pieces begins.
   float begin(std::size_t i, std::size_t piece) const { return piece == first[i] ? 0 : end[piece - 1]; }

@@ -108,6 +108,7 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   batch_sum_.resize(batches.count > 1 ? batches.count : 0);
   for (auto& batch : batch_sum_) batch.resize(n);
   for (auto& sums : moments_) sums.resize(moments ? n : 0);
+  if (medium_.empty()) moments_[2].clear();
 }
 
 std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers places, bool moments,
@@ -120,7 +121,8 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
       static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
   const std::uint64_t of_spread = batches > 1 ? batches * sizeof(LightSum) : sizeof(SquareSum);
   return bounds.pixel_count() * (sizeof(std::uint32_t) + of_spread + of_places + light_groups * kLight +
-                                 (layers ? 4 * kLight + kFirstHit : kLight) + (moments ? 2 * sizeof(SquareSum) : 0));
+                                 (layers ? 4 * kLight + kFirstHit : kLight) +
+                                 (moments ? 2 + (layers && places.medium) : 0) * sizeof(SquareSum));
 }
 
 template <typename Sum>
@@ -210,6 +212,9 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     const float l = luminance(light[1 + i]);
     moments_[i][pixel] += l * l / albedo;
   }
+  if (moments_[2].empty() || radiance.medium.empty()) return;
+  const float l = luminance(radiance.medium[slot]);
+  moments_[2][pixel] += l * l;
 }
 
 void Film::add(const CameraTask& task, const Film& samples) {
@@ -308,10 +313,11 @@ RGB Film::radiance(std::size_t pixel, bool indirect_only) const {
 Film::Moments Film::moments(Layer layer, std::size_t pixel) const {
   if (count_[pixel] == 0) return {};
   const double n = count_[pixel];
-  const double albedo = shading_albedo(mean(Layer::albedo, pixel));
+  const bool in_medium = layer == Layer::medium;
+  const double albedo = in_medium ? 1 : shading_albedo(mean(Layer::albedo, pixel));
   const double m = luminance(mean(layer, pixel)) / albedo;
   if (count_[pixel] < 2) return {static_cast<float>(m), 0};
-  const double square = moments_[layer == Layer::indirect ? 1 : 0][pixel].value() / n / albedo;
+  const double square = moments_[in_medium ? 2 : layer == Layer::indirect ? 1 : 0][pixel].value() / n / albedo;
   return {static_cast<float>(m), static_cast<float>(std::max(0.0, square - m * m) / (n - 1))};
 }
 
@@ -355,7 +361,7 @@ void Film::for_arrays(Work&& work, Films&... films) {
   work(films.square_sum_...);
   const std::size_t batches = std::min({films.batch_sum_.size()...});
   for (std::size_t i = 0; i < batches; ++i) work(films.batch_sum_[i]...);
-  for (int i = 0; i < 2; ++i) work(films.moments_[i]...);
+  for (int i = 0; i < 3; ++i) work(films.moments_[i]...);
 }
 
 void Film::take_rows(const Film& other) {

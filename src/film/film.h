@@ -135,16 +135,18 @@ class Film {
   /// fewer than two.
   float variance(std::size_t pixel) const;
   bool has_moments() const { return has_moments_; }
+  /// Whether these are of light of media, too.
+  bool has_moments_of_media() const { return !moments_[2].empty(); }
   /// Whether layers by surface samples are kept.
   bool is_fine() const { return places_.fine; }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
   /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
-  /// kMinAlbedo at least.
+  /// kMinAlbedo at least. Light of media is not divided: it depends on no albedo.
   struct Moments {
     float mean = 0, variance = 0;
   };
   static constexpr float kMinAlbedo = 0.01f;
-  /// @param layer direct or indirect; of a film with moments. The variance is 0 for fewer than two samples.
+  /// @param layer direct, indirect or medium; of a film with moments. The variance is 0 for fewer than two samples.
   Moments moments(Layer layer, std::size_t pixel) const;
 
   /// Size in bytes of a film of these dimensions.
@@ -206,7 +208,8 @@ class Film {
   std::array<std::vector<std::uint32_t>, kSlotValues> value_count_;
   std::vector<SquareSum> square_sum_;             // of the luminance of single samples, without batches
   std::vector<std::vector<LightSum>> batch_sum_;  // luminance by batch
-  std::vector<SquareSum> moments_[2];             // of direct and indirect light: its luminance squared, over albedo
+  // Of direct and indirect light: its luminance squared, over albedo; and of light of media, over nothing.
+  std::vector<SquareSum> moments_[3];
   std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;
 };

@@ -31,6 +31,7 @@ RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::alb
   return {std::max(albedo.r, least), std::max(albedo.g, least), std::max(albedo.b, least)};
 }
 
+/// Light of media is not divided by albedo.
 LightEstimate estimate_of(const Film& film, Layer layer) {
   LightEstimate estimate;
   estimate.light.resize(film.pixel_count());
@@ -39,7 +40,7 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   estimate.samples.resize(film.pixel_count());
   for_pixels(film, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
-    estimate.light[i] = film.mean(layer, i) / shading_albedo(film, i);
+    estimate.light[i] = film.mean(layer, i) / (layer == Layer::medium ? RGB(1.0f) : shading_albedo(film, i));
     estimate.level[i] = moments.mean;
     estimate.variance[i] = moments.variance;
     estimate.samples[i] = film.sample_count(i);
@@ -60,6 +61,21 @@ FilterGuides guides_of(const Film& film, Layer layer) {
     constexpr float kPure = 0.95f;
     if (length_squared(guides.normal[i]) < kPure && (layer == Layer::direct || !is_black(film.mean(Layer::emitted, i))))
       guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
+  });
+  return guides;
+}
+
+/// Guides of the light of media. It does not change where the surface behind turns, but where that is farther away.
+FilterGuides guides_of_media(const Film& film) {
+  FilterGuides guides{film.width(), film.height(), std::vector<Vec3>(film.pixel_count(), {0, 0, 1}),
+                      std::vector<float>(film.pixel_count())};
+  float farthest = 0;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i)
+    if (std::isfinite(film.depth(i))) farthest = std::max(farthest, film.depth(i));
+  for_pixels(film, [&](std::size_t i) {
+    // A pixel that sees nothing in part of its samples lies at an edge.
+    const float hits = film.coverage(i);
+    guides.depth[i] = (hits > 0 ? hits * film.depth(i) : 0) + (1 - hits) * 2 * farthest;
   });
   return guides;
 }
@@ -85,14 +101,14 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// Adds caustic light, emission and light of media to a picture of direct and indirect light, and scales reflected
-/// light to the albedo of the surface samples.
+/// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
+/// of the surface samples.
 void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   for_pixels(film, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];
     if (!indirect_only) pixel += film.mean(Layer::caustic, i);
     pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::fine_albedo);
-    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i) + film.mean(Layer::medium, i);
+    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i);
   });
 }
 
@@ -137,6 +153,12 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
       stratified[i] += filtered.unfiltered[i] * factor;
     });
   }
+  FilteredLight medium;
+  if (film.has_moments_of_media() && !indirect_only) {
+    const LightEstimate estimate = estimate_of(film, Layer::medium);
+    medium = filter_light(estimate, guides_of_media(film), rows);
+    for_pixels(film, [&](std::size_t i) { of_light[i] += estimate.variance[i]; });
+  }
   if (edges) {
     EdgePicture picture = edges_of(film);
     picture.variance = stratified;
@@ -148,6 +170,10 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
     out.variance[i] += other * gain_of_strata(film, i);
   });
   add_surfaces(film, indirect_only, out);
+  for (std::size_t i = 0; i < medium.light.size(); ++i) {
+    out.radiance[i] += medium.light[i];
+    out.variance[i] += medium.variance[i];
+  }
   return out;
 }
 

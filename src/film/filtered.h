@@ -20,9 +20,9 @@ struct FilmPicture {
 /// The means of all samples.
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 
-/// Filters direct and indirect light apart (filter/light_filter.h), divided by albedo, filters edges
-/// (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples share.
-/// Where the film keeps surface samples, their albedo and emission replace those of the samples.
+/// Filters direct and indirect light, divided by albedo, and light of media apart (filter/light_filter.h), filters
+/// edges (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples
+/// share. Where the film keeps surface samples, their albedo and emission replace those of the samples.
 /// @param film with moments (Film::has_moments())
 FilmPicture filtered_picture(const Film& film, bool indirect_only);
 

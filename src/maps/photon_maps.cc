@@ -79,7 +79,7 @@ void PhotonMaps::forget() {
   for (IndexedMap* map : {&global_, &caustic_}) map->clear();
   for (auto* guide : {&surface_guide_, &air_guide_}) guide->clear();
   media_photons_.clear();
-  for (auto* maps : {&in_media_, &signed_media_}) maps->clear();
+  media_maps_.clear();
   radius_grid_.clear();
   patches_.clear();
   diagnosis_.clear();
@@ -120,8 +120,8 @@ IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
 bool PhotonMaps::is_done() const {
   const IndexInputs global = inputs_of(global_);
   const MoreOfMap more{settings_.narrow, settings_.sampled};
-  return global_.is_up_to_date(global, more) && in_media_.is_made_of(global) &&
-         (signed_media_.is_made_of(global) || !settings_.sampled) &&
+  return global_.is_up_to_date(global, more) && media_maps_.is_made_of(global) &&
+         (media_maps_->is_sampled || !settings_.sampled) &&
          (caustic_.count() == 0 || caustic_.is_up_to_date(inputs_of(caustic_), more)) &&
          caustic_paths_ >= wanted_caustic_paths() && (radius_grid_.is_made_of(global) || !finds_radii()) &&
          (patches_.is_made_of(global) || !settings_.patches) && (diagnosis_.is_made_of(global) || !settings_.diagnosed);
@@ -163,7 +163,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   global_.clear();
   caustic_.clear();
   media_photons_.clear();
-  for (auto* maps : {&in_media_, &signed_media_}) maps->clear();
+  media_maps_.clear();
   // What was found with these photons before stays: radii by place and bright patches.
   const IndexInputs inputs = inputs_of(global_);
   radius_grid_.keep_if(inputs);
@@ -273,19 +273,10 @@ void PhotonMaps::bring_up_caustic(const MapWork& work) {
 
 void PhotonMaps::bring_up_media(const MapWork& work) {
   const IndexInputs inputs = inputs_of(global_);
-  const auto maps_of = [&](VolumeFlux flux, Statistics& statistics) {
-    return work.tracer.scene().media().empty()
-               ? VolumeMaps()
-               : VolumeMaps(work.tracer.scene(), *media_photons_, inputs, flux, statistics);
-  };
-  in_media_.update(inputs, [&] { return maps_of(VolumeFlux::plain, work.statistics); });
-  if (settings_.sampled) {
-    const PhaseTimer timer(work.statistics, Phase::photon_noise);
-    Statistics not_the_renders;
-    signed_media_.update(inputs, [&] { return maps_of(VolumeFlux::signed_at_random, not_the_renders); });
-  } else {
-    signed_media_.clear();
-  }
+  if (settings_.sampled && !media_maps_->is_sampled) media_maps_.clear();
+  media_maps_.update(inputs, [&] {
+    return make_media_maps(work.tracer, *media_photons_, inputs, settings_.sampled, work.statistics);
+  });
   if (!settings_.kept) media_photons_.clear();
 }
 

@@ -97,9 +97,9 @@ class PhotonMaps {
   /// The same over the caustic map; empty if there are no caustics.
   const Engines& caustic_engines() const { return caustic_.engines(); }
   /// Maps of the photons in media, in groups as engines(); without groups where the scene has no media.
-  const VolumeMaps& in_media() const { return *in_media_; }
-  /// The same with random signs (VolumeFlux), without groups; empty without PhotonMapSettings::sampled.
-  const VolumeMaps& signed_media() const { return *signed_media_; }
+  const VolumeMaps& in_media() const { return media_maps_->all; }
+  /// MediaMaps::signed_sample; empty without PhotonMapSettings::sampled.
+  const VolumeMaps& signed_media() const { return media_maps_->signed_sample; }
   /// Photons that pass PhotonMapSettings::in_air.
   const AirLight& air() const { return air_; }
   /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
@@ -155,7 +155,7 @@ class PhotonMaps {
   PhotonPass pass_;
   IndexedMap global_{"global"}, caustic_{"caustic"};
   Memo<PhotonInputs, MediaPhotons> media_photons_;
-  Memo<IndexInputs, VolumeMaps> in_media_, signed_media_;
+  Memo<IndexInputs, MediaMaps> media_maps_;
   float common_radius_ = 0;  // of the global map
   AirLight air_;
   Memo<PhotonSource, std::shared_ptr<const EmissionGuide>> surface_guide_, air_guide_;  // of trace_chosen()

@@ -1,9 +1,12 @@
 #include "maps/volume_maps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/random.h"
+#include "maps/medium_parts.h"
+#include "points/photon_batch.h"
 
 namespace glowworm {
 
@@ -33,61 +36,147 @@ std::vector<bool> choose_beams(const Scene& scene, const VolumePhotons& points, 
   return out;
 }
 
-/// The photons of media for which keeps(medium) holds.
-template <class Batch, class Keeps>
-Batch chosen(const Batch& all, Keeps&& keeps) {
-  std::vector<std::uint32_t> kept;
-  for (std::uint32_t i = 0; i < all.size(); ++i)
-    if (keeps(all.medium[i])) kept.push_back(i);
+/// Photons of these indices.
+template <class Batch>
+Batch chosen(const Batch& all, std::span<const std::uint32_t> indices) {
   Batch out;
-  Batch::for_arrays(
-      [&](auto& to, const auto& from) {
-        to.reserve(kept.size());
-        for (const std::uint32_t i : kept) to.push_back(from[i]);
-      },
-      out, all);
+  Batch::for_arrays([&](auto& to, const auto& from) { to = permuted(std::span(from), indices); }, out, all);
   return out;
 }
 
-/// A sign for each channel of a photon.
-RGB random_signs(std::uint32_t seed, std::size_t photon) {
-  const std::uint32_t bits = hash_combine(hash_combine(seed, kPhotonSignStream), static_cast<std::uint32_t>(photon));
-  const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? 1.0f : -1.0f; };
-  return {sign(0), sign(1), sign(2)};
+std::vector<float> chosen_values(const std::vector<float>& all, std::span<const std::uint32_t> indices) {
+  std::vector<float> out;
+  for (const std::uint32_t i : indices) out.push_back(all[i]);
+  return out;
 }
 
-/// What an index sums: the flux of a group's photons, or with random signs.
-template <class Batch>
-LargeVector<RGB> flux_of(const Batch& batch, std::size_t group, const IndexInputs& inputs, VolumeFlux kind) {
-  LargeVector<RGB> flux = batch.flux;
-  if (kind == VolumeFlux::signed_at_random) {
-    for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= random_signs(inputs.seed, i);
-    return flux;
+/// The pieces of these beams.
+BeamPieces chosen_pieces(const BeamPieces& all, std::span<const std::uint32_t> beams) {
+  BeamPieces out;
+  out.first.push_back(0);
+  for (const std::uint32_t i : beams) {
+    for (std::uint32_t piece = all.first[i]; piece < all.first[i + 1]; ++piece) {
+      out.end.push_back(all.end[piece]);
+      out.radii.push_back(all.radii[piece]);
+      out.factor.push_back(all.factor[piece]);
+    }
+    out.first.push_back(static_cast<std::uint32_t>(out.end.size()));
   }
-  for (std::size_t i = 0; inputs.light_groups && i < flux.size(); ++i)
-    if (inputs.light_groups->of_source[batch.source[i]] != group) flux[i] = RGB();
-  return flux;
+  return out;
+}
+
+/// The indices of photons of media for which keeps(medium) holds.
+template <class Keeps>
+std::vector<std::uint32_t> of_media(std::span<const std::uint32_t> medium, Keeps&& keeps) {
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < medium.size(); ++i)
+    if (keeps(medium[i])) kept.push_back(i);
+  return kept;
+}
+
+/// One of each run of photons, as IndexedMap::sample() has them.
+struct FewPhotons {
+  std::vector<std::uint32_t> indices;
+  float each = 1;  ///< for how many photons each of them stands
+
+  explicit FewPhotons(std::size_t count) {
+    constexpr std::size_t kMost = IndexedMap::kMostSampled;
+    const std::size_t run = std::max<std::size_t>((count + kMost - 1) / kMost, 1);
+    for (std::size_t first = 0; first + run <= count; first += run) {
+      const auto at = static_cast<std::uint32_t>(first);
+      indices.push_back(at + hash32(at) % static_cast<std::uint32_t>(run));
+    }
+    each = static_cast<float>(run);
+  }
+};
+
+/// Gives the channels of each photon random signs, and flux whose squares add up to those of all photons.
+void sign_at_random(std::uint32_t seed, const FewPhotons& few, LargeVector<RGB>& flux) {
+  const float factor = std::sqrt(few.each);
+  for (std::size_t i = 0; i < flux.size(); ++i) {
+    const std::uint32_t bits = hash_combine(hash_combine(seed, kPhotonSignStream), few.indices[i]);
+    const auto sign = [&](int channel) { return (bits >> channel & 1) != 0 ? factor : -factor; };
+    flux[i] *= RGB(sign(0), sign(1), sign(2));
+  }
 }
 
 }  // namespace
 
-VolumeMaps::VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, VolumeFlux flux,
-                       Statistics& statistics) {
-  const std::vector<bool> beams_of =
-      choose_beams(scene, photons.points, volume_photon_radii(photons.points, inputs.nearest));
-  const VolumePhotons points = chosen(photons.points, [&](std::uint32_t m) { return !beams_of[m]; });
-  const VolumeBeams beams = chosen(photons.beams, [&](std::uint32_t m) { return beams_of[m]; });
-  photons = {};
-  const std::vector<float> radii = volume_photon_radii(points, inputs.nearest);
-  const BeamPieces pieces = volume_beam_pieces(beams, inputs.nearest);
-  groups_.resize(inputs.light_groups && flux == VolumeFlux::plain ? inputs.light_groups->names.size() : 1);
-  for (std::size_t group = 0; group < groups_.size(); ++group) {
-    groups_[group].points.build(points, flux_of(points, group, inputs, flux), radii, inputs.radius_scale, statistics);
-    // The blur of a beam has one dimension, that of a point two.
-    groups_[group].beams.build(beams, flux_of(beams, group, inputs, flux), pieces,
-                               inputs.radius_scale * inputs.radius_scale, statistics);
-    bytes_ += VolumeMap::photon_bytes(points.size()) + VolumeMap::beam_bytes(beams.size());
+/// Measures photons once, for all indices over them.
+class VolumeMapsBuilder {
+ public:
+  VolumeMapsBuilder(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs) : inputs_(inputs) {
+    const std::vector<float> radii = volume_photon_radii(photons.points, inputs.nearest);
+    const std::vector<bool> beams_of = choose_beams(tracer.scene(), photons.points, radii);
+    const auto points = of_media(photons.points.medium, [&](std::uint32_t m) { return !beams_of[m]; });
+    points_ = chosen(photons.points, points);
+    radii_ = chosen_values(radii, points);
+    beams_ = chosen(photons.beams, of_media(photons.beams.medium, [&](std::uint32_t m) { return beams_of[m]; }));
+    pieces_ = volume_beam_pieces(beams_, inputs.nearest);
+    correct_pieces(tracer, beams_, beam_scale(), pieces_);
   }
+
+  VolumeMaps all(Statistics& statistics) const {
+    VolumeMaps out;
+    const LightGroups* const groups = inputs_.light_groups.get();
+    for (std::size_t group = 0; group < (groups ? groups->names.size() : 1); ++group)
+      add_group(points_, flux_of(points_, group), radii_, beams_, flux_of(beams_, group), pieces_, out, statistics);
+    return out;
+  }
+
+  VolumeMaps signed_sample(Statistics& statistics) const {
+    const FewPhotons of_points(points_.size()), of_beams(beams_.size());
+    VolumePhotons points = chosen(points_, of_points.indices);
+    VolumeBeams beams = chosen(beams_, of_beams.indices);
+    sign_at_random(inputs_.seed, of_points, points.flux);
+    sign_at_random(inputs_.seed, of_beams, beams.flux);
+    VolumeMaps out;
+    add_group(points, points.flux, chosen_values(radii_, of_points.indices), beams, beams.flux,
+              chosen_pieces(pieces_, of_beams.indices), out, statistics);
+    return out;
+  }
+
+ private:
+  /// The blur of a beam has one dimension, that of a point two.
+  float beam_scale() const { return inputs_.radius_scale * inputs_.radius_scale; }
+
+  /// The flux of a group's photons.
+  template <class Batch>
+  LargeVector<RGB> flux_of(const Batch& batch, std::size_t group) const {
+    LargeVector<RGB> flux = batch.flux;
+    for (std::size_t i = 0; inputs_.light_groups && i < flux.size(); ++i)
+      if (inputs_.light_groups->of_source[batch.source[i]] != group) flux[i] = RGB();
+    return flux;
+  }
+
+  void add_group(const VolumePhotons& points, std::span<const RGB> point_flux, std::span<const float> radii,
+                 const VolumeBeams& beams, std::span<const RGB> beam_flux, const BeamPieces& pieces, VolumeMaps& out,
+                 Statistics& statistics) const {
+    VolumeMaps::Group& group = out.groups_.emplace_back();
+    group.points.build(points, point_flux, radii, inputs_.radius_scale, statistics);
+    group.beams.build(beams, beam_flux, pieces, beam_scale(), statistics);
+    out.bytes_ += VolumeMap::photon_bytes(points.size()) + VolumeMap::beam_bytes(beams.size());
+  }
+
+  const IndexInputs& inputs_;
+  VolumePhotons points_;
+  std::vector<float> radii_;
+  VolumeBeams beams_;
+  BeamPieces pieces_;
+};
+
+MediaMaps make_media_maps(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs, bool sampled,
+                          Statistics& statistics) {
+  MediaMaps out;
+  out.is_sampled = sampled;
+  if (tracer.scene().media().empty()) return out;
+  const VolumeMapsBuilder builder(tracer, photons, inputs);
+  out.all = builder.all(statistics);
+  if (!sampled) return out;
+  const PhaseTimer timer(statistics, Phase::photon_noise);
+  Statistics not_the_renders;
+  out.signed_sample = builder.signed_sample(not_the_renders);
+  return out;
 }
 
 void VolumeMaps::estimate(std::size_t group, const VolumeSegments& segments, std::span<RGB> found,

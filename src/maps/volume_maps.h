@@ -8,7 +8,7 @@
 #include "core/statistics.h"
 #include "density/volume_map.h"
 #include "maps/indexed_map.h"
-#include "scene/scene.h"
+#include "trace/tracer.h"
 
 namespace glowworm {
 
@@ -18,34 +18,38 @@ struct MediaPhotons {
   VolumeBeams beams;
 };
 
-/// What indices of photons in media sum.
-enum class VolumeFlux : std::uint8_t {
-  plain,
-  signed_at_random,  ///< random signs for the channels of each, in one group: the square of a sum has the expectation
-                     ///< of its variance by photons, as for a bootstrap (Efron, "Bootstrap Methods: Another Look at the
-                     ///< Jackknife", 1979) that weighs photons by 0 or 2
-};
-
 /// Indices of photons in media, one for all light sources or one for each group of them. Each medium has either points
 /// or beams: points where a photon travels less than a radius on average before it scatters, or where colours fall off
 /// unequally in a grid, which beams cannot show; else beams.
 class VolumeMaps {
  public:
-  VolumeMaps() = default;
-  VolumeMaps(const Scene& scene, MediaPhotons photons, const IndexInputs& inputs, VolumeFlux flux,
-             Statistics& statistics);
-
   /// Adds what the photons of a group bring to segments, as VolumeMap::estimate().
   void estimate(std::size_t group, const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;
   std::size_t group_count() const { return groups_.size(); }
   std::uint64_t bytes() const { return bytes_; }
 
  private:
+  friend class VolumeMapsBuilder;
   struct Group {
     VolumeMap points, beams;
   };
   std::vector<Group> groups_;
   std::uint64_t bytes_ = 0;
 };
+
+/// The maps of a scene's media.
+struct MediaMaps {
+  VolumeMaps all;
+  /// A few of the photons with random signs, in one group: the square of a sum has the expectation of its variance by
+  /// all photons, as for a bootstrap (Efron, "Bootstrap Methods: Another Look at the Jackknife", 1979) that weighs
+  /// photons by 0 or 2.
+  VolumeMaps signed_sample;
+  bool is_sampled = false;  ///< whether `signed_sample` was wanted
+};
+
+/// Measures radii, corrects kernels at boundaries, and makes the indices. Empty in scenes without media.
+/// @param sampled whether to make MediaMaps::signed_sample, too (Phase::photon_noise)
+MediaMaps make_media_maps(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs, bool sampled,
+                          Statistics& statistics);
 
 }  // namespace glowworm

@@ -62,6 +62,20 @@ inline void add_medium_box(SceneDescription& d, Vec3 low, Vec3 high, Medium medi
   add_box(d, low, high, static_cast<std::uint32_t>(d.materials.size() - 1));
 }
 
+/// A fog with a lamp over a floor, as a homogeneous medium and as a grid.
+inline SceneDescription foggy_floor(bool grid) {
+  SceneDescription d;
+  const std::uint32_t grey = add_material(d, 0.5f), black = add_material(d, 0);
+  add_quad(d, {-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, grey);
+  add_quad(d, {-0.5f, -0.5f, 1}, {0, 1, 0}, {1, 0, 0}, black, add_emission(d, RGB(5.0f)));
+  Medium fog = medium_of(0.8f, 0.9f, 0.3f);
+  fog.sigma_a.r *= 2;
+  if (grid) fog = as_grid(fog, Box3{{-2, -2, -1}, {2, 2, 1}});
+  add_medium_box(d, {-2, -2, -0.9f}, {2, 2, 0.9f}, fog);
+  d.cameras.push_back(look_at({0, -5, 0.5f}, {0, 0, 0}, {0, 0, 1}, 45));
+  return d;
+}
+
 /// Irradiance at points that face the same way.
 inline std::vector<double> irradiance(const Stage& stage, const RenderSettings& settings, std::vector<Vec3> positions,
                                       std::vector<Vec3> normals) {

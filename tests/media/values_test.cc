@@ -201,39 +201,6 @@ INSTANTIATE_TEST_SUITE_P(Values, Airlight,
                                          AirlightCase{0.2f, 1, 0.012126}, AirlightCase{0.2f, 0.25f, 0.064269},
                                          AirlightCase{1, 1, 0.000566}, AirlightCase{1, 0.25f, 0.004511}));
 
-/// A fog with a lamp over a floor, as a homogeneous medium and as a grid.
-SceneDescription foggy_floor(bool grid) {
-  SceneDescription d;
-  const std::uint32_t grey = add_material(d, 0.5f), black = add_material(d, 0);
-  add_quad(d, {-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, grey);
-  add_quad(d, {-0.5f, -0.5f, 1}, {0, 1, 0}, {1, 0, 0}, black, add_emission(d, RGB(5.0f)));
-  Medium fog = medium_of(0.8f, 0.9f, 0.3f);
-  fog.sigma_a.r *= 2;
-  if (grid) fog = as_grid(fog, Box3{{-2, -2, -1}, {2, 2, 1}});
-  add_medium_box(d, {-2, -2, -0.9f}, {2, 2, 0.9f}, fog);
-  d.cameras.push_back(look_at({0, -5, 0.5f}, {0, 0, 0}, {0, 0, 1}, 45));
-  return d;
-}
-
-/// Any number of threads gives the same bits.
-TEST(MediaScenes, HaveTheSameBits) {
-  const int threads = thread_count();
-  for (const bool grid : {false, true}) {
-    const Stage stage(foggy_floor(grid));
-    for (RenderSettings settings : {by_path(12, 2), by_photons(12, 2, 6, 2000, "blocked")}) {
-      std::vector<std::vector<std::uint32_t>> states;
-      for (const int count : {1, 2, 3}) {
-        set_thread_count(count);
-        settings.threads = count;
-        states.push_back(stage.render(settings).save());
-      }
-      EXPECT_EQ(states[0], states[1]) << grid;
-      EXPECT_EQ(states[0], states[2]) << grid;
-    }
-  }
-  set_thread_count(threads);
-}
-
 /// The light of groups is that of the picture, in media, too.
 TEST(MediaScenes, KeepLightGroupsApart) {
   SceneDescription d = foggy_floor(false);

@@ -1,0 +1,224 @@
+#include "maps/medium_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/box.h"
+#include "core/frame.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "transport/medium.h"
+#include "transport/step.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Rays of a piece; the least share of a tube that they tell.
+constexpr std::size_t kRays = 8;
+constexpr float kLeastShare = 0.125f;
+/// Cells along the longest side of the grid that finds the pieces far from all boundaries.
+constexpr float kMostCells = 64;
+constexpr std::size_t kCellGrain = 256, kPieceGrain = 512;
+
+bool passes_any(const ColorInput& input) { return input.texture != kNone || !is_black(input.value); }
+bool passes_any(const FloatInput& input) { return input.texture != kNone || input.value > 0; }
+
+/// Whether light passes surfaces of a material.
+bool is_passed(const std::vector<Material>& materials, const Material& m) {
+  switch (m.kind) {
+    case MaterialKind::dielectric:
+    case MaterialKind::thin_dielectric:
+    case MaterialKind::interface:
+      return true;
+    case MaterialKind::diffuse:
+      return passes_any(m.transmittance);
+    case MaterialKind::metallic_roughness:
+      return passes_any(m.transmission) || passes_any(m.diffuse_transmission);
+    case MaterialKind::mix:
+      return is_passed(materials, materials[m.mix_a]) || is_passed(materials, materials[m.mix_b]);
+    default:
+      return false;
+  }
+}
+
+/// The kernel's integral from the beam to a distance, as a share of the radius.
+float share_within(float distance) {
+  const float u = std::min(distance * distance, 1.0f);
+  return u * (2 - u);
+}
+
+/// Whether all of a ball lies within the bounds of a medium.
+bool is_within_bounds(const Medium& medium, Vec3 center, float radius) {
+  if (!medium.bounds) return true;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 at = medium.to_medium.point(
+        center + Vec3{corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius});
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(at[axis] >= medium.bounds->min[axis] && at[axis] <= medium.bounds->max[axis])) return false;
+  }
+  return true;
+}
+
+/// The pieces of all beams as tubes.
+class Tubes {
+ public:
+  Tubes(const VolumeBeams& beams, const BeamPieces& pieces, float scale)
+      : beams_(beams), pieces_(pieces), scale_(scale), beam_(pieces.radii.size()) {
+    parallel_for_each(beams.size(), kPieceGrain, [&](std::size_t i) {
+      std::fill(beam_.begin() + pieces.first[i], beam_.begin() + pieces.first[i + 1], static_cast<std::uint32_t>(i));
+    });
+  }
+  std::size_t size() const { return beam_.size(); }
+  std::uint32_t beam(std::size_t piece) const { return beam_[piece]; }
+  float radius(std::size_t piece) const { return pieces_.radii[piece] * scale_; }
+  float begin(std::size_t piece) const { return pieces_.begin(beam_[piece], piece); }
+  float length(std::size_t piece) const { return pieces_.end[piece] - begin(piece); }
+  Vec3 place(std::size_t piece, float distance) const {
+    return beams_.origin[beam_[piece]] + beams_.direction[beam_[piece]] * (begin(piece) + distance);
+  }
+  Vec3 middle(std::size_t piece) const { return place(piece, 0.5f * length(piece)); }
+  /// Of the ball around the tube.
+  float reach(std::size_t piece) const { return std::hypot(radius(piece), 0.5f * length(piece)); }
+
+ private:
+  const VolumeBeams& beams_;
+  const BeamPieces& pieces_;
+  const float scale_;
+  LargeArray<std::uint32_t> beam_;  // of each piece
+};
+
+/// The cells of a grid in which a tube may meet a surface.
+class NearCells {
+ public:
+  NearCells(const Tracer& tracer, const Tubes& tubes) {
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+      if (is_finite(tubes.middle(i))) box_.grow(tubes.middle(i));
+    const Vec3 size = box_.diagonal();
+    const float longest = std::max({size.x, size.y, size.z});
+    cell_ = longest > 0 ? longest / kMostCells : 1.0f;
+    for (int axis = 0; axis < 3; ++axis) count_[axis] = static_cast<std::size_t>(size[axis] / cell_) + 1;
+    std::vector<float> reach(count_[0] * count_[1] * count_[2], 0.0f);
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+      if (is_finite(tubes.middle(i))) {
+        float& largest = reach[index(tubes.middle(i))];
+        largest = std::max(largest, tubes.reach(i));
+      }
+    near_.resize(reach.size());
+    parallel_for_each(reach.size(), kCellGrain, [&](std::size_t i) {
+      if (!(reach[i] > 0)) return;
+      const Vec3 at{static_cast<float>(i % count_[0]), static_cast<float>(i / count_[0] % count_[1]),
+                    static_cast<float>(i / count_[0] / count_[1])};
+      const Vec3 center = box_.min + (at + Vec3{0.5f, 0.5f, 0.5f}) * cell_;
+      tracer.visit_near(center, reach[i] + cell_, [&](std::uint32_t) {
+        near_[i] = 1;
+        return false;
+      });
+    });
+  }
+
+  bool are_near(Vec3 place) const { return near_[index(place)] != 0; }
+
+ private:
+  std::size_t index(Vec3 place) const {
+    std::array<std::size_t, 3> at{};
+    for (int axis = 0; axis < 3; ++axis)
+      at[axis] = std::min(static_cast<std::size_t>((place[axis] - box_.min[axis]) / cell_), count_[axis] - 1);
+    return (at[2] * count_[1] + at[1]) * count_[0] + at[0];
+  }
+
+  Box3 box_;
+  float cell_ = 1;
+  std::array<std::size_t, 3> count_{1, 1, 1};
+  std::vector<std::uint8_t> near_;
+};
+
+/// Measures which part of a tube lies in its medium.
+class PartInMedium {
+ public:
+  PartInMedium(const Tracer& tracer, const Tubes& tubes)
+      : tracer_(tracer), scene_(tracer.scene()), tubes_(tubes) {
+    // Surfaces that name media say what is behind them.
+    for (const Material& m : scene_.materials())
+      passed_.push_back(is_passed(scene_.materials(), m) || m.inside != kUnnamed || m.outside != kUnnamed);
+  }
+
+  /// @param direction of the beam @param medium of the beam
+  float share(std::size_t piece, Vec3 direction, std::uint32_t medium) const {
+    const Frame frame = Frame::from_normal(direction);
+    const std::uint32_t key = hash_combine(kBoundaryStream, static_cast<std::uint32_t>(piece));
+    const float turn = to_unit_float(hash32(key)), shift = to_unit_float(hash_combine(key, 1));
+    std::array<Ray, kRays> rays;
+    for (std::size_t i = 0; i < kRays; ++i) {
+      // Places and angles are stratified; neighbouring places have angles far apart.
+      const float angle = 2 * kPi * (static_cast<float>(3 * i % kRays) + turn) / kRays;
+      const float at = tubes_.length(piece) * (static_cast<float>(i) + shift) / kRays;
+      rays[i] = {tubes_.place(piece, at), 0, frame.s * std::cos(angle) + frame.t * std::sin(angle),
+                 tubes_.radius(piece)};
+    }
+    std::array<Hit, kRays> hits;
+    tracer_.intersect(rays, hits, RayOrder::incoherent);
+    float sum = 0;
+    for (std::size_t i = 0; i < kRays; ++i) sum += share(rays[i], hits[i], medium);
+    return std::max(sum / kRays, kLeastShare);
+  }
+
+ private:
+  /// Of the kernel along a ray. @param hit the first
+  float share(const Ray& whole, Hit hit, std::uint32_t medium) const {
+    const float radius = whole.t_max;
+    const MediumSpan bounds = span_in(scene_.media()[medium], whole.origin, whole.direction, 0, radius);
+    PathState path;
+    path.ray = whole;
+    path.medium = {medium, true};
+    bool in_body = false;
+    float sum = 0, from = 0;
+    for (;;) {
+      const float to = hit.triangle == kNone ? radius : from + hit.distance;
+      const float first = std::max(from, bounds.first), last = std::min(to, bounds.last);
+      if (!in_body && path.medium.index == medium && first < last)
+        sum += share_within(last / radius) - share_within(first / radius);
+      if (hit.triangle == kNone) return sum;
+      const PathMedium before = path.medium;
+      pass_interface(scene_, path, hit);
+      if (!passed_[scene_.geometry().material[hit.triangle]]) {
+        path.medium = before;
+        in_body = !in_body;
+      }
+      path.ray.t_max = radius - to;
+      if (!(path.ray.t_max > 0)) return sum;
+      from = to;
+      hit = tracer_.intersect(path.ray);
+    }
+  }
+  const Tracer& tracer_;
+  const Scene& scene_;
+  const Tubes& tubes_;
+  std::vector<bool> passed_;  // of each material
+};
+
+}  // namespace
+
+void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces) {
+  pieces.factor.assign(pieces.radii.size(), 1.0f);
+  if (pieces.radii.empty()) return;
+  const Tubes tubes(beams, pieces, scale);
+  const NearCells cells(tracer, tubes);
+  const PartInMedium part(tracer, tubes);
+  parallel_for_each(tubes.size(), kPieceGrain, [&](std::size_t piece) {
+    const Vec3 middle = tubes.middle(piece);
+    if (!is_finite(middle) || !(tubes.length(piece) > 0)) return;
+    const std::uint32_t beam = tubes.beam(piece), medium = beams.medium[beam];
+    const float reach = tubes.reach(piece);
+    bool is_near = !is_within_bounds(tracer.scene().media()[medium], middle, reach);
+    if (!is_near && cells.are_near(middle))
+      tracer.visit_near(middle, reach, [&](std::uint32_t) {
+        is_near = true;
+        return false;
+      });
+    if (is_near) pieces.factor[piece] = 1 / part.share(piece, beams.direction[beam], medium);
+  });
+}
+
+}  // namespace glowworm

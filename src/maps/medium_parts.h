@@ -1,0 +1,18 @@
+// Boundary correction for the kernels of beams that reach out of their medium.
+#pragma once
+#include "density/volume_radii.h"
+#include "points/volume_photons.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// A piece of a beam blurs its flux over a tube. No segment looks up the part of the tube that lies behind surfaces,
+/// interfaces or the bounds of the medium, so that flux would be lost (boundary bias: Jensen, Realistic Image Synthesis
+/// Using Photon Mapping, 2001, section 7.3). Sets BeamPieces::factor to one over the share of each tube, weighted with
+/// its kernel, that lies in the medium, by rays from the beam to the sides of the tube: at most 8, and 1 far from
+/// boundaries. A ray leaves the medium at an opaque surface, and is in it again behind the next. Uses all threads;
+/// deterministic.
+/// @param scale factor on the radii
+void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces);
+
+}  // namespace glowworm

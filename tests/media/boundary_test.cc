@@ -1,0 +1,112 @@
+// Lookups of beams near the boundaries of their medium.
+#include <gtest/gtest.h>
+
+#include "density/volume_map.h"
+#include "maps/medium_parts.h"
+#include "media/media_testing.h"
+
+namespace glowworm {
+namespace {
+
+/// A place on a side of the cube from -1 to 1, and a direction inwards, in proportion to the cosine.
+Ray inwards(std::uint32_t i, std::uint32_t stream) {
+  Sampler sampler(SamplerKind::sobol, 0, stream, i);
+  const auto side = static_cast<int>(i % 6);
+  const Vec2 at = sampler.next2(), way = sampler.next2();
+  const float sign = side < 3 ? -1.0f : 1.0f;
+  Vec3 place, normal{0, 0, 0};
+  place[side % 3] = sign;
+  place[(side + 1) % 3] = 2 * at.x - 1;
+  place[(side + 2) % 3] = 2 * at.y - 1;
+  normal[side % 3] = -sign;
+  const Frame frame = Frame::from_normal(normal);
+  const float r = std::sqrt(way.x), phi = 2 * kPi * way.y;
+  return {place, 0,
+          frame.s * (r * std::cos(phi)) + frame.t * (r * std::sin(phi)) + normal * std::sqrt(std::max(1 - way.x, 0.0f)),
+          0};
+}
+
+/// Length of a ray within the cube.
+float length_in_cube(const Ray& ray) {
+  float out = 10;
+  for (int axis = 0; axis < 3; ++axis)
+    if (ray.direction[axis] != 0)
+      out = std::min(out, ((ray.direction[axis] > 0 ? 1.0f : -1.0f) - ray.origin[axis]) / ray.direction[axis]);
+  return std::max(out, 0.0f);
+}
+
+/// Beams through a cube whose light is the same everywhere and in all directions, of radiance 1.
+VolumeBeams even_beams(std::uint32_t count) {
+  VolumeBeams beams;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Ray ray = inwards(i, 1);
+    beams.push_back(ray.origin, ray.direction, length_in_cube(ray), RGB(24 * kPi / static_cast<float>(count)), 0, 0);
+  }
+  return beams;
+}
+
+enum class Boundary { walls, interface, bounds };
+
+Scene cube(Boundary boundary) {
+  SceneDescription d;
+  Medium medium = medium_of(0, 0);
+  if (boundary == Boundary::interface) {
+    add_medium_box(d, {-1, -1, -1}, {1, 1, 1}, medium);
+    return Scene(std::move(d));
+  }
+  if (boundary == Boundary::bounds) medium.bounds = Box3{{-1, -1, -1}, {1, 1, 1}};
+  d.media.push_back(medium);
+  d.ambient_medium = 0;
+  const float half = boundary == Boundary::walls ? 1 : 3;
+  add_box(d, {-half, -half, -half}, {half, half, half}, add_material(d, 0));
+  return Scene(std::move(d));
+}
+
+/// The mean light that a thin medium scatters along segments, over its value without boundaries.
+double seen_along(const VolumeMap& map, const std::vector<Ray>& rays) {
+  VolumeSegments segments;
+  double length = 0;
+  for (const Ray& ray : rays) {
+    segments.push_back(ray.origin, ray.direction, length_in_cube(ray), {RGB(0.0f), RGB(1.0f), 0, 0}, RGB(1.0f), 0);
+    length += segments.length.back();
+  }
+  std::vector<RGB> found(segments.size());
+  Statistics statistics;
+  map.estimate(segments, found, statistics);
+  double sum = 0;
+  for (const RGB& light : found) sum += light.g;
+  return sum / length;
+}
+
+class EvenBeams : public testing::TestWithParam<Boundary> {};
+
+TEST_P(EvenBeams, LoseNothingAtBoundaries) {
+  const Scene scene = cube(GetParam());
+  const Tracer tracer(scene);
+  const VolumeBeams beams = even_beams(10'000);
+  BeamPieces pieces = volume_beam_pieces(beams, 50);
+  VolumeMap lost, corrected;
+  Statistics statistics;
+  lost.build(beams, beams.flux, pieces, 1, statistics);
+  correct_pieces(tracer, beams, 1, pieces);
+  corrected.build(beams, beams.flux, pieces, 1, statistics);
+  // As gather rays leave walls.
+  std::vector<Ray> even, normal, middle;
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    even.push_back(inwards(i, 2));
+    normal.push_back(even.back());
+    for (int axis = 0; axis < 3; ++axis)
+      normal.back().direction[axis] = std::abs(even.back().origin[axis]) == 1 ? -even.back().origin[axis] : 0.0f;
+  }
+  double travelled = 0;  // in the mean per beam, over the mean chord
+  for (const float length : beams.length) travelled += length / (4.0 / 3) / static_cast<double>(beams.size());
+  EXPECT_LT(seen_along(lost, even), 0.97 * travelled);
+  EXPECT_NEAR(seen_along(corrected, even), travelled, 0.005);
+  EXPECT_NEAR(seen_along(corrected, normal), travelled, 0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(Boundaries, EvenBeams,
+                         testing::Values(Boundary::walls, Boundary::interface, Boundary::bounds));
+
+}  // namespace
+}  // namespace glowworm
