@@ -93,7 +93,7 @@ TEST(VolumeRadiance, OfAParallelBeamFromTheSide) {
 TEST(VolumeRadiance, OfABeamAlongItselfIsFinite) {
   VolumeBeams beams;
   beams.push_back({0, 0, 0}, {0, 0, 1}, 10, RGB(1.0f), 0, 0);
-  const BeamPieces pieces{{0, 4}, {1, 4, 7, 10}, std::vector<float>(4, 0.01f)};
+  const BeamPieces pieces{{0, 4}, {1, 4, 7, 10}, std::vector<float>(4, 0.01f), {}};
   VolumeMap map;
   Statistics statistics;
   map.build(beams, beams.flux, pieces, 1, statistics);
