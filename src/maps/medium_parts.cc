@@ -137,8 +137,7 @@ class NearCells {
 /// Measures which part of a tube lies in its medium.
 class PartInMedium {
  public:
-  PartInMedium(const Tracer& tracer, const Tubes& tubes)
-      : tracer_(tracer), scene_(tracer.scene()), tubes_(tubes) {
+  PartInMedium(const Tracer& tracer, const Tubes& tubes) : tracer_(tracer), scene_(tracer.scene()), tubes_(tubes) {
     // Surfaces that name media say what is behind them.
     for (const Material& m : scene_.materials())
       passed_.push_back(is_passed(scene_.materials(), m) || m.inside != kUnnamed || m.outside != kUnnamed);

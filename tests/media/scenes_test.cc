@@ -6,8 +6,8 @@
 #include "bake/bake_stage.h"
 #include "control/job_report.h"
 #include "film/checkpoint.h"
-#include "film/part.h"
 #include "film/filtered.h"
+#include "film/part.h"
 #include "media/media_testing.h"
 #include "session/camera_control.h"
 #include "session/session_testing.h"
@@ -149,16 +149,17 @@ TEST_P(MediaScene, HasTheSameFramesForAnyNumberOfThreads) {
 
 INSTANTIATE_TEST_SUITE_P(Tiny, MediaScene,
                          testing::Values(TinyScene{"beams", [] { return foggy_floor(false); }},
-                                         TinyScene{"points of a coloured grid", [] { return foggy_floor(true); }}, TinyScene{"glass in gas", glass_in_gas}));
+                                         TinyScene{"points of a coloured grid", [] { return foggy_floor(true); }},
+                                         TinyScene{"glass in gas", glass_in_gas}));
 
 /// The light of paths, within the noise of the few photons. Points near a boundary lose a part of their kernels.
 TEST(MediaSensors, AreLitAsByPaths) {
   for (const bool grid : {false, true}) {
     const Stage stage(foggy_floor(grid));
     const std::vector<double> paths = irradiance(stage, by_path(1, 1 << 14), kSensors, kUpwards),
-                              photons =
-                                  irradiance(stage, by_photons(1, 8, 256, 30'000, "blocked"), kSensors, kUpwards);
-    for (std::size_t i = 0; i < paths.size(); ++i) EXPECT_NEAR(photons[i], paths[i], (grid ? 0.07 : 0.03) * paths[i]) << i;
+                              photons = irradiance(stage, by_photons(1, 8, 256, 30'000, "blocked"), kSensors, kUpwards);
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      EXPECT_NEAR(photons[i], paths[i], (grid ? 0.07 : 0.03) * paths[i]) << i;
   }
 }
 
