@@ -22,7 +22,8 @@ struct Measurement {
 struct MeasureOptions {
   /// Samples of each sensor, gather rays of each sample, photons, seed, noise and time. The size, crop, camera and AOVs
   /// of a picture are not used. Light is not filtered, and photons are new for every sample, so that the error is
-  /// known.
+  /// known. Integrator::gather without numbers of photons and gather rays stands for photons or paths, whichever take
+  /// less work for the same error, as pilots find out.
   RenderOptions render;
   bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene, so that photons show caustics there
 };

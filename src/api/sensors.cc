@@ -13,6 +13,7 @@
 #include "core/log.h"
 #include "measure/doubts.h"
 #include "measure/measurement.h"
+#include "measure/sensor_plan.h"
 #include "settings/options.h"
 
 namespace glowworm::api {
@@ -43,7 +44,7 @@ void check_outside(const Sensors& sensors, const glowworm::Tracer& tracer) {
 
 /// The settings of `glowworm measure`.
 RenderSettings measure_settings(const RenderOptions& options) {
-  RenderSettings s = sensor_settings(settings_of(options, Command::measure));
+  RenderSettings s = settings_of(options, Command::measure);
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (s.samples == 1) throw Error("with 1 sample the error of a measurement is unknown", "Give two samples or more.");
   s.separate_layers = true;
@@ -65,8 +66,10 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   if (!options.on_surfaces) check_outside(sensors, *tracer);
   for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
-  const RenderSettings settings = with_room_for(sensors.size(), measure_settings(options.render));
-  Job job(lit, tracer, settings, nullptr, sensor_time(), grid);
+  const RenderSettings asked = with_room_for(sensors.size(), measure_settings(options.render));
+  const auto wait = [&](Job& pilot) { attend(pilot, {}); };
+  const SensorPlan plan = plan_sensors(lit, tracer, *grid, asked, wait);
+  Job job(lit, tracer, plan.settings, nullptr, sensor_time(plan.seconds), grid);
   attend(job, progress);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)

@@ -29,6 +29,7 @@
 #include "measure/doubts.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
+#include "measure/sensor_plan.h"
 #include "measure/sky_patches.h"
 #include "session/command_text.h"
 #include "settings/settings.h"
@@ -90,12 +91,24 @@ void check_options(MeasureOptions& o) {
   });
 }
 
-/// The settings of a measurement. Every sample has new photons, so that the spread of the samples includes the photons'
-/// noise.
-RenderSettings settings_of(const MeasureOptions& o) {
-  RenderSettings s = sensor_settings(o.table.settings);
+/// The settings that were asked for.
+RenderSettings asked_settings(const MeasureOptions& o) {
+  RenderSettings s = o.table.settings;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  return o.sky_patches > 0 ? patch_settings(s) : s;
+  return s;
+}
+
+/// What measures the sensors: paths or photons, as a pilot chooses. The spread of samples includes the noise of
+/// photons.
+SensorPlan plan_of(const MeasureOptions& o, const std::shared_ptr<const Scene>& scene,
+                   const std::shared_ptr<const Tracer>& tracer, const PointGrid& grid, const RenderSettings& asked) {
+  if (o.sky_patches > 0) return {patch_settings(sensor_settings(asked)), ""};
+  const bool is_chosen = std::any_of(o.table.given.begin(), o.table.given.end(),
+                                     [](const Option* option) { return option->name == std::string("--integrator"); });
+  if (is_chosen) return {sensor_settings(asked), ""};
+  return plan_sensors(scene, tracer, grid, asked, [](Job& pilot) {
+    if (const std::exception_ptr failure = attend(pilot, true, {})) std::rethrow_exception(failure);
+  });
 }
 
 /// "12 and 4 more" of indices.
@@ -146,8 +159,8 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& 
 }
 
 /// Writes the results of a job to all files.
-void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& job, const Tracer& tracer,
-                   OutputFiles& files) {
+void write_results(const MeasureOptions& o, const Sensors& sensors, const SensorPlan& plan, const Job& job,
+                   const Tracer& tracer, OutputFiles& files) {
   const Film film = job.snapshot();
   for (const std::string& name : o.outputs) {
     const bool written = files.write(name, [&] {
@@ -164,15 +177,17 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const Job& j
       inform("note: " + doubt);
   FilmPicture measured = unfiltered_picture(film, false);
   measured.width = 0;  // sensors need not be beside each other
-  inform(fmt::format("{} samples of each sensor in {:.2f} s, relative error {:.2g}", film.whole_passes(), job.seconds(),
-                     relative_error(measured)));
+  const bool by_paths = job.settings().integrator == Integrator::path;
+  inform(fmt::format("{} {} of each sensor in {:.2f} s, relative error {:.2g}{}", film.whole_passes(),
+                     by_paths ? "paths" : "samples", job.seconds(), relative_error(measured),
+                     plan.reason.empty() ? "" : fmt::format(" ({})", plan.reason)));
 }
 
 int run_measure(MeasureOptions& o) {
   o.report.apply();
   set_thread_count(o.table.settings);
   check_options(o);
-  const RenderSettings asked = settings_of(o);
+  const RenderSettings asked = asked_settings(o);
   OutputFiles files;
   files.add_input("the scene", o.scene);
   if (!o.points.empty()) files.add_input("--points", o.points);
@@ -201,11 +216,13 @@ int run_measure(MeasureOptions& o) {
   catch_interrupts();
   const auto grid = std::make_shared<const PointGrid>(
       sensor_grid(sensors, !o.surface.empty(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
-  Job job(scene, tracer, with_room_for(sensors.size(), asked), nullptr, sensor_time(), grid);
+  const SensorPlan plan = plan_of(o, scene, tracer, *grid, with_room_for(sensors.size(), asked));
+  Job job(scene, tracer, plan.settings, nullptr, sensor_time(plan.seconds), grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
   if (o.sky_patches > 0)
     inform(fmt::format("{} patches of the sky and the ground; other lights are off", o.sky_patches));
+  if (!plan.reason.empty()) detail("chosen: " + plan.reason);
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
   const std::exception_ptr failure = attend(job, o.report.quiet, {});
   if (failure) std::rethrow_exception(failure);
@@ -216,7 +233,7 @@ int run_measure(MeasureOptions& o) {
   job.statistics().add_time(Phase::load, std::chrono::duration<double>(loaded - start).count());
   job.statistics().add_time(Phase::build_accel, std::chrono::duration<double>(built - loaded).count());
   job.statistics().add_time(Phase::total, std::chrono::duration<double>(built - start).count());
-  write_results(o, sensors, job, *tracer, files);
+  write_results(o, sensors, plan, job, *tracer, files);
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} samples are black, because their light was beyond what can be summed",
                      job.samples_not_finite()));
@@ -233,6 +250,9 @@ A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of objects that 
 all around are refused, and left out of --grid. Sensors inside of an object without a
 bottom, or of one that is half as long as the scene, measure darkness. Photons are new
 for each sample, so that relative_error contains their noise.
+Unless --integrator, --gather or --photons is given, pilot measurements choose paths or
+photons, whichever take less work, and as many as an error of 2% takes, or --noise or
+--time allow; the last line says which. --samples N are N times 256 paths then.
 
 Examples:
   glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv

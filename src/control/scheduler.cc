@@ -37,6 +37,8 @@ constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
 // memory that is written for the first time; 31 ns + 25 ns / Q^0.6 for each lookup of the render, in batches of Q
 // million.
 constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
+// Passes of paths from points at least, so that progress moves.
+constexpr std::uint32_t kPassesOfPaths = 32;
 // Portions are chosen for renders of so many samples.
 constexpr std::uint32_t kReckonedSamples = 16;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
@@ -157,12 +159,17 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   schedule.slots_at_once =
       std::max<std::uint64_t>(std::min(for_slots / slot_bytes, task_queries / per_slot), kMinSlots);
   // Small pictures have few query points per sample. For engines whose photons search, later passes take several
-  // samples at once. Progressive renders do not, because each sample has its own photons.
-  if (!gathers || settings.progressive) return schedule;
+  // samples at once, and so do paths from points, which may be few. Progressive renders do not, because each sample has
+  // its own photons.
+  const bool by_points = settings.integrator == Integrator::path && settings.of_points;
+  if (!(gathers || by_points) || settings.progressive) return schedule;
   const std::uint64_t pixels = settings.bounds.pixel_count();
   std::uint64_t samples = 1;
   if (settings.preference == Preference::quality)
     samples = schedule.slots_at_once / kMinSlots;
+  else if (by_points)
+    samples =
+        std::min<std::uint64_t>(schedule.slots_at_once / pixels, settings.sample_range().count() / kPassesOfPaths);
   else if (settings.preference == Preference::automatic && engine_traits(settings.engine).goes_over_photons)
     samples = schedule.slots_at_once / pixels;
   schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(samples, 1));

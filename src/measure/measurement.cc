@@ -29,8 +29,11 @@ std::string place_of(const Measurement& m, std::size_t sensor, char separator) {
 }  // namespace
 
 RenderSettings sensor_settings(RenderSettings settings) {
-  settings.progressive = settings.integrator != Integrator::path;
-  settings.default_gather = 256;
+  const bool by_paths = settings.integrator == Integrator::path;
+  settings.progressive = !by_paths;
+  settings.default_gather = kPathsOfSample;
+  if (by_paths && settings.samples == 0 && !(settings.time_limit_s > 0 || settings.noise_target > 0))
+    settings.samples = kDefaultSamples * kPathsOfSample;
   settings.filter = Filtering::off;
   return settings;
 }
@@ -59,7 +62,7 @@ RenderSettings with_room_for(std::size_t sensors, RenderSettings settings) {
   return settings;
 }
 
-JobTime sensor_time() { return {0, nullptr, 2}; }
+JobTime sensor_time(double spent_s) { return {spent_s, nullptr, 2}; }
 
 double student_factor(std::uint32_t degrees) {
   constexpr double kChance = 0.95, z = 1.959964;  // the normal quantile

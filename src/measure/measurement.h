@@ -24,9 +24,12 @@ struct Measurement {
   Vec3d place(std::size_t sensor) const { return Vec3d(sensors.position[sensor]) + Vec3d(origin); }
 };
 
-/// The settings of a Job over sensor_grid(). Light is not filtered. Photon passes converge, and each has 256 gather
-/// rays a sensor where their number is automatic, because sensors are few and a pass of photons costs as much as many
-/// rays.
+/// Gather rays of a sample of a sensor, and paths in their place, where their number is automatic: sensors are few, and
+/// a pass of photons costs as much as many rays.
+inline constexpr std::uint32_t kPathsOfSample = 256;
+
+/// The settings of a Job over sensor_grid(). Light is not filtered. Photon passes converge. Numbers that are automatic
+/// are those of kDefaultSamples and kPathsOfSample.
 RenderSettings sensor_settings(RenderSettings settings);
 
 /// Most sensors whose tables take half of the memory: the places as read, without those inside of objects, in the grid
@@ -37,8 +40,8 @@ std::size_t most_sensors(std::uint64_t memory_bytes);
 /// @param settings with a number of bytes
 RenderSettings with_room_for(std::size_t sensors, RenderSettings settings);
 
-/// Of such a Job: it makes two passes, so that errors are known.
-JobTime sensor_time();
+/// Of such a Job: it makes two passes, so that errors are known. @param spent_s as JobTime has it
+JobTime sensor_time(double spent_s = 0);
 
 /// Factor on a standard error that is known with so many degrees of freedom, by which twice their product (1.96 times)
 /// holds the truth with a chance of 95%: quantiles of Student's t over those of the normal distribution, exact for 1

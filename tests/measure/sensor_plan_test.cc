@@ -1,0 +1,137 @@
+// What measures sensors, by default.
+#include "measure/sensor_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "builtin/builtin.h"
+#include "core/parallel.h"
+#include "measure/measurement.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+using testing::HasSubstr;
+
+/// A scene with sensors.
+struct Place {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Tracer> tracer;
+  std::shared_ptr<const PointGrid> grid;
+  Sensors sensors;
+
+  Place(SceneDescription description, const char* plane)
+      : scene(std::make_shared<const Scene>(std::move(description))), tracer(std::make_shared<const Tracer>(*scene)) {
+    sensors = plane_sensors(plane, *scene);
+    grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false));
+  }
+
+  SensorPlan plan(const RenderSettings& asked = {}) const {
+    return plan_sensors(scene, tracer, *grid, asked, [](Job& pilot) { pilot.wait(); });
+  }
+  Measurement measure(const RenderSettings& settings) const {
+    Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+    job.wait();
+    return measurement_of(sensors, job.snapshot(), *scene);
+  }
+};
+
+Place box() { return {builtin_scene("cornell"), "y=0.2,0.2"}; }
+
+/// A shaft of 1 x 1 x 8 m below the sky.
+SceneDescription well() {
+  SceneDescription d = lit_floor(LightCase::sky);
+  add_quad(d, {-0.5f, -0.5f, 0}, {0, 1, 0}, {0, 0, 8});
+  add_quad(d, {0.5f, -0.5f, 0}, {0, 0, 8}, {0, 1, 0});
+  add_quad(d, {-0.5f, -0.5f, 0}, {0, 0, 8}, {1, 0, 0});
+  add_quad(d, {-0.5f, 0.5f, 0}, {1, 0, 0}, {0, 0, 8});
+  return d;
+}
+
+/// The sensors of a plane in the well.
+Place in_well(int along) {
+  Place out(well(), "z=0.1,1");
+  Sensors inside;
+  for (int i = 0; i < along * along; ++i) {
+    const auto at = [&](int k) { return -0.4f + 0.8f * (static_cast<float>(k) + 0.5f) / static_cast<float>(along); };
+    inside.add({at(i % along), at(i / along), 0.1f}, {0, 0, 1});
+  }
+  out.sensors = inside;
+  out.grid = std::make_shared<const PointGrid>(sensor_grid(inside, false));
+  return out;
+}
+
+TEST(SensorPlan, TracesPathsWhereTheyAreCheap) {
+  const SensorPlan plan = box().plan();
+  EXPECT_EQ(plan.settings.integrator, Integrator::path);
+  EXPECT_EQ(plan.settings.samples, 2048u);
+  EXPECT_FALSE(plan.settings.progressive);
+  EXPECT_THAT(plan.reason, HasSubstr("paths"));
+}
+
+/// Few photons, not those of a picture, for each of some hundred sensors.
+TEST(SensorPlan, GathersWherePathsFindLittleLight) {
+  const SensorPlan plan = in_well(10).plan();
+  EXPECT_EQ(plan.settings.integrator, Integrator::gather);
+  EXPECT_TRUE(plan.settings.progressive);
+  EXPECT_LT(plan.settings.photons, 50'000u);
+  EXPECT_GE(plan.settings.samples, 8u);
+  EXPECT_THAT(plan.reason, HasSubstr("photons, because paths take"));
+}
+
+TEST(SensorPlan, TakesWhatIsAskedFor) {
+  const Place place = box();
+  RenderSettings asked;
+  asked.photons = 1000;
+  EXPECT_EQ(place.plan(asked).settings.integrator, Integrator::gather);
+  EXPECT_EQ(place.plan(asked).settings.photons, 1000u);
+  asked = {};
+  asked.samples = 3;
+  EXPECT_EQ(place.plan(asked).settings.samples, 3 * kPathsOfSample);
+  asked = {};
+  asked.noise_target = 0.05;
+  EXPECT_EQ(place.plan(asked).settings.samples, 0u) << "as many as noise asks for";
+}
+
+TEST(SensorPlan, IsTheSameForAnyNumberOfThreads) {
+  const Place place = in_well(10);
+  const int threads = thread_count();
+  set_thread_count(1);
+  const SensorPlan one = place.plan();
+  set_thread_count(3);
+  const SensorPlan three = place.plan();
+  set_thread_count(threads);
+  EXPECT_EQ(one.reason, three.reason);
+  EXPECT_EQ(one.settings.samples, three.settings.samples);
+}
+
+/// Errors spread over seeds as they are stated, from the choice on.
+TEST(SensorPlan, ErrorsAreThoseThatAreStated) {
+  const Place place = box();
+  constexpr std::uint32_t kSeeds = 16;
+  std::vector<std::vector<double>> level(place.sensors.size()), stated(place.sensors.size());
+  RenderSettings asked;
+  asked.samples = 2;
+  for (asked.seed = 1; asked.seed <= kSeeds; ++asked.seed) {
+    const Measurement m = place.measure(place.plan(asked).settings);
+    for (std::size_t i = 0; i < m.sensors.size(); ++i) {
+      level[i].push_back(luminance(m.irradiance[i]));
+      stated[i].push_back(level[i].back() * m.relative_error[i]);
+    }
+  }
+  double squares = 0;
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    double mean = 0;
+    for (const double value : level[i]) mean += value / kSeeds;
+    for (std::size_t k = 0; k < kSeeds; ++k) squares += std::pow((level[i][k] - mean) / stated[i][k], 2);
+  }
+  const double rms = std::sqrt(squares / static_cast<double>(level.size()) / (kSeeds - 1));
+  EXPECT_GT(rms, 0.8);
+  EXPECT_LT(rms, 1.2);
+}
+
+}  // namespace
+}  // namespace glowworm
