@@ -34,9 +34,10 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
 /// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise
 /// of one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let
-/// light leak.
+/// light leak. The largest number is that of the usual samples; more samples take more photons, up to kMostPhotons, so
+/// that the bias of the map falls with the noise of the rays.
 constexpr double kRaysPerPhoton = 32;
-constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000;
+constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 4'000'000;
 /// Photons of a sample of the path tracer: this number, unless there are so many samples that all together have the
 /// second one, and at least this multiple of k. Their maps cost as much as paths, and few photons blur the light.
 constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinMapOfPaths = 20;
@@ -87,14 +88,29 @@ void resolve_gather(RenderSettings& s) {
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
 }
 
-/// The share that a map gets of the photons that the rays and kMaxPhotons allow.
+/// The share that a map gets of the photons that the rays and most_photons() allow.
 double photon_share(const RenderSettings& s) { return s.progressive ? kProgressiveShare : 1; }
 
+/// Samples of the usual number of gather rays.
+double usual_samples(const RenderSettings& s) {
+  return std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather);
+}
+
+/// Samples for which a map has photons. Renders with an open end, whose number is unknown, and passes of progressive
+/// renders have no more than the usual ones.
+double samples_of_map(const RenderSettings& s) {
+  const bool grows = !s.progressive && s.samples != kOpenEndedSamples;
+  return grows ? s.samples : std::min<double>(s.samples, usual_samples(s));
+}
+
+double most_photons(const RenderSettings& s) {
+  const double growth = samples_of_map(s) / usual_samples(s);
+  return photon_share(s) * std::clamp(kMaxPhotons * growth, kMaxPhotons, kMostPhotons);
+}
+
 void resolve_photons(RenderSettings& s) {
-  const double samples = std::min(s.samples, std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather));
-  const double share = photon_share(s);
-  double photons =
-      std::clamp(share * pixel_count(s) * samples * s.gather / kRaysPerPhoton, kMinPhotons, share * kMaxPhotons);
+  const double rays = pixel_count(s) * samples_of_map(s) * s.gather;
+  double photons = std::clamp(photon_share(s) * rays / kRaysPerPhoton, kMinPhotons, most_photons(s));
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.photon_s);
   s.photons = std::max(two_digits(photons), kLeastPhotons);
@@ -271,7 +287,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                                                    : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}", chosen.photons,
-                   kRaysPerPhoton / photon_share(chosen), kMinPhotons, photon_share(chosen) * kMaxPhotons,
+                   kRaysPerPhoton / photon_share(chosen), kMinPhotons, most_photons(chosen),
                    chosen.time_limit_s > 0    ? ", within a quarter of the time"
                    : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
                                               : ""));

@@ -39,6 +39,25 @@ TEST(ResolvedSettings, ThinPhotonsForTheReverseEngineAlone) {
   EXPECT_EQ(resolve(asked, scene).thinned, 0u);
 }
 
+TEST(ResolvedSettings, PhotonsGrowWithSamplesThatAreKnown) {
+  const Scene scene(builtin_scene("cornell"));
+  RenderSettings asked;
+  asked.width = asked.height = 512;
+  const std::uint64_t usual = resolve(asked, scene).photons;
+  asked.samples = 2 * kDefaultSamples;
+  const RenderSettings more = resolve(asked, scene);
+  EXPECT_NEAR(static_cast<double>(more.photons), 2.0 * static_cast<double>(usual), 0.1 * static_cast<double>(usual));
+  EXPECT_THAT(choice_notes(asked, more), Contains(HasSubstr("at most 4000000")));
+  asked.samples = 1000;
+  EXPECT_EQ(resolve(asked, scene).photons, 4'000'000u);
+  asked.progressive = true;
+  EXPECT_LT(resolve(asked, scene).photons, usual) << "each pass has its own";
+  asked.progressive = false;
+  asked.samples = 0;
+  asked.noise_target = 0.01;
+  EXPECT_EQ(resolve(asked, scene).photons, usual);
+}
+
 TEST(DefaultThreads, FitIntoTheMemory) {
   EXPECT_EQ(default_threads(1'000'000, 16), 1);
   EXPECT_EQ(default_threads(64'000'000, 1), 1);
