@@ -38,7 +38,6 @@ using Clock = std::chrono::steady_clock;
 
 /// Throws CommandLineError for options that do not make a sequence of frames.
 void check_sequence(RenderOptions& o) {
-  o.sequence.check();
   if (o.resumes)
     throw CommandLineError("--resume does not apply to sequences of frames",
                            "Leave it out: frames whose files exist are skipped.");
@@ -66,6 +65,7 @@ void resolve_options(RenderOptions& o) {
     check_part(s);
   });
   o.movie = take_movie(o.names);
+  o.sequence.check();
   if (o.sequence.is_given()) check_sequence(o);
   for (const std::string& name : o.names) {
     o.outputs.push_back(output_of(name));
@@ -122,11 +122,11 @@ struct Opened {
 
 /// Loads the scene of the command line, in its view and light.
 /// @param motion to import with it; null: none
-Opened open(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<CameraMotion> motion) {
+Opened open(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<SceneMotion> motion) {
   Opened out;
   out.start = Clock::now();
   ImportOptions import_options;
-  import_options.camera_motion = std::move(motion);
+  import_options.motion = std::move(motion);
   import_options.budget = loading_budget(o.settings.memory_bytes);
   out.scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   read_command_line([&] {
@@ -146,9 +146,11 @@ Opened open(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<Ca
 
 /// Renders one picture, and returns the exit status.
 /// @param ranks that share the work; null: this process alone
-/// @param maps of the frame before, or null, and then of this one; null: no sequence
+/// @param maps of the job before, or null, and then of this one; null: there is one job
+/// @param goes_on the picture has further slices of time: it is written only if it ends early
 int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
-                   const std::shared_ptr<Ranks>& ranks, std::shared_ptr<JobMaps>* maps = nullptr) {
+                   const std::shared_ptr<Ranks>& ranks, std::shared_ptr<JobMaps>* maps = nullptr,
+                   bool goes_on = false) {
   const bool helps = ranks && ranks->rank() > 0;
   std::optional<Checkpoint> checkpoint;
   // All ranks continue with its numbers of photons and rays.
@@ -176,6 +178,10 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
                                             {{1, [&] { keep_checkpoint(o, job, files); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
+  if (goes_on && !failure && job.ending() == Ending::samples_done) {
+    *maps = job.maps_for_next_slice();
+    return 0;
+  }
   const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);
   if (ranks) dismiss_ranks(job, *ranks, status);
@@ -204,34 +210,73 @@ std::vector<std::uint32_t> share_of(const std::vector<std::uint32_t>& frames, st
   return out;
 }
 
+/// The key of a picture with motion blur: that of its first slice of time, and the shutter.
+RenderKey key_of_slices(const RenderOptions& o, Sequence& sequence, FrameMoment first, RenderSettings settings) {
+  sequence.set_moment(first, settings);
+  settings.slice = {};
+  settings.photon_stream = 0;
+  const Scene& scene = *sequence.scene_at(first).scene;
+  RenderKey key = render_key(scene, resolve(settings, scene));
+  key.push_back({"--shutter", o.sequence.shutter.empty() ? "of the file" : o.sequence.shutter});
+  return key;
+}
+
+/// Renders one frame, or one picture with motion blur: each slice of time adds its samples to those of the one before.
+/// @param o of the frame @param shown the scene that `maps` are of, and then the last one
+int render_moments(RenderOptions o, Opened& shown, Sequence& sequence, std::uint32_t number, OutputFiles& files,
+                   TevStream& tev, std::shared_ptr<JobMaps>& maps) {
+  const std::vector<FrameMoment> moments = sequence.moments(number);
+  const RenderSettings settings = o.settings, resolved = resolve(settings, *shown.scene);
+  if (moments.front().slice > 0 && !settings.part.is_all())
+    o.key = key_of_slices(o, sequence, moments.front(), settings);
+  std::vector<RenderSettings> each;
+  std::vector<FrameMoment> rendered;
+  for (const FrameMoment moment : moments) {
+    each.push_back(settings);
+    sequence.set_moment(moment, each.back());
+    RenderSettings own = resolved;
+    own.slice = each.back().slice;
+    // A part of the render may have no samples of it.
+    own.slice_range().count() > 0 ? rendered.push_back(moment) : each.pop_back();
+  }
+  shown.start = Clock::now();
+  for (std::size_t i = 0; i < rendered.size(); ++i) {
+    const LitScene& lit = sequence.scene_at(rendered[i]);
+    if (shown.scene != lit.scene) {
+      i == 0 ? maps.reset() : maps->forget_scene();
+      shown.scene = lit.scene;
+      shown.tracer = lit.tracer;
+    }
+    o.settings = each[i];
+    const bool goes_on = i + 1 < rendered.size();
+    if (const int status = render_picture(o, shown, files, tev, nullptr, &maps, goes_on); status != 0) return status;
+    shown.load_s = shown.build_s = 0;
+    // The errors of photons of several moments average.
+    if (i == 0 && goes_on && each[i].photon_stream > 0) *maps->photon_variance /= static_cast<double>(rendered.size());
+  }
+  return 0;
+}
+
 /// Renders frames, those that are there already apart. Frames in the same light share their photons and guides.
 int render_frames(const RenderOptions& o, const Opened& opened, Sequence& sequence,
                   const std::vector<std::uint32_t>& numbers, OutputFiles& files, TevStream& tev) {
   std::shared_ptr<JobMaps> maps;
-  Opened shown;
+  Opened shown = opened;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     RenderOptions frame = options_of_frame(o, numbers[i]);
     if (is_done(frame)) {
       inform(fmt::format("frame {} exists, and is not rendered again", numbers[i]));
       continue;
     }
-    const LitScene& lit = sequence.scene_of(numbers[i]);
-    if (shown.scene != lit.scene) {
-      maps.reset();
-      shown = {lit.scene, lit.tracer, {}, opened.load_s, opened.build_s};
-    }
-    shown.start = Clock::now();
-    sequence.set_frame(numbers[i], frame.settings);
     inform(fmt::format("frame {} ({} of {})", numbers[i], i + 1, numbers.size()));
-    if (const int status = render_picture(frame, shown, files, tev, nullptr, &maps); status != 0) return status;
-    shown.load_s = shown.build_s = 0;
+    if (const int status = render_moments(frame, shown, sequence, numbers[i], files, tev, maps); status != 0)
+      return status;
   }
   return 0;
 }
 
-/// Renders a sequence: all of it, a part, or by ranks of which each renders its share.
-int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
-                    const std::shared_ptr<CameraMotion>& motion, const std::shared_ptr<Ranks>& ranks) {
+/// The frames of the options, or the one picture with motion blur.
+Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion) {
   const auto open_at = [&o](double seconds) {
     ImportOptions import_options;
     import_options.budget = loading_budget(o.settings.memory_bytes);
@@ -240,7 +285,34 @@ int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, 
     std::string camera = o.settings.camera;
     return scene_of_view(open_scene(o.scene, import_options, changes), o.lights, o.view, camera);
   };
-  Sequence sequence(o.sequence, opened.scene, opened.tracer, o.settings.camera, motion, open_at);
+  return Sequence(o.sequence, opened.scene, opened.tracer, o.settings, motion, open_at);
+}
+
+/// Why a picture, or the frames, cannot have motion blur; "" if they can.
+std::string reason_against_blur(const RenderOptions& o, bool has_ranks) {
+  if (o.settings.time_limit_s > 0 || o.settings.noise_target > 0)
+    return "the number of samples must be known, so it does not go with --time or --noise";
+  if (o.resumes) return "it does not go with --resume";
+  if (has_ranks && !o.sequence.is_given()) return "ranks divide the frames of a sequence, but not one picture";
+  return "";
+}
+
+/// Takes motion blur out of what cannot have it. Throws CommandLineError if it was asked for.
+void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks) {
+  const std::string reason = reason_against_blur(o, has_ranks);
+  if (reason.empty()) return;
+  const bool asked = !o.sequence.shutter.empty() && parse_shutter(o.sequence.shutter) != Shutter();
+  if (asked) throw CommandLineError("no motion blur: " + reason, "Give --samples alone, or leave out --shutter.");
+  if (motion && motion->slice_count() > 0) {
+    inform("note: no motion blur: " + reason);
+    motion->shutter.reset();
+  }
+}
+
+/// Renders a sequence: all of it, a part, or by ranks of which each renders its share.
+int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
+                    const std::shared_ptr<SceneMotion>& motion, const std::shared_ptr<Ranks>& ranks) {
+  Sequence sequence = sequence_of(o, opened, motion);
   const SampleShare part = std::exchange(o.settings.part, {});
   std::vector<std::uint32_t> numbers = sequence.numbers();
   if (!part.is_all()) numbers = share_of(numbers, part.index - 1, part.count);
@@ -284,8 +356,9 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   }
   keep_heap_small(o.settings.memory_bytes);
   TevStream tev(helps ? "" : o.tev);
-  const std::shared_ptr<CameraMotion> motion = camera_motion(o.sequence, o.changes.changes.moment, o.settings.camera);
+  const std::shared_ptr<SceneMotion> motion = motion_of(o.sequence, o.scene, o.changes.changes.moment, o.settings);
   const Opened opened = open(o, files, helps, motion);
+  check_blur(o, motion.get(), ranks != nullptr);
   if (o.outputs.empty()) {
     name_outputs(o, opened.scene->film());
     if (!helps) prepare_outputs(o, files);
@@ -295,6 +368,14 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   if (ranks)
     if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
   if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, motion, ranks);
+  if (motion && motion->slice_count() > 0) {
+    Sequence sequence = sequence_of(o, opened, motion);
+    if (sequence.moments(0).front().slice > 0) {
+      std::shared_ptr<JobMaps> maps;
+      Opened shown = opened;
+      return render_moments(o, shown, sequence, 0, files, tev, maps);
+    }
+  }
   return render_picture(o, opened, files, tev, ranks);
 }
 

@@ -46,8 +46,11 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
     if (output.format == OutputFormat::part && !said) continue;
     std::string how;
     const bool written = files.write(path, [&] {
-      if (output.format == OutputFormat::part)
-        return with_film([&](const Film& film) { write_part(path, part_of(job), film); });
+      if (output.format == OutputFormat::part) {
+        Part part = part_of(job);
+        if (o.key) part.key = key_of_whole(*o.key);
+        return with_film([&](const Film& film) { write_part(path, part, film); });
+      }
       if (!image) {
         image = with_film([&](const Film& film) { return make_image(film, job); });
         image->metadata["comments"] = o.command_line;

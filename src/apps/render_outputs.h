@@ -28,7 +28,8 @@ struct RenderOptions {
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
-  RenderSettings settings;  ///< settings of the table, with the memory available
+  RenderSettings settings;       ///< settings of the table, with the memory available
+  std::optional<RenderKey> key;  ///< of a picture with motion blur, which several jobs with keys of their own render
 };
 
 /// Seconds from one time to another.

@@ -36,6 +36,12 @@ namespace {
 constexpr int kExposureSide = 48;
 constexpr std::uint32_t kExposureSamples = 4;
 
+/// Slices of the time of a shutter.
+std::uint32_t slices_of(const RenderSettings& s) {
+  const std::uint32_t usual = s.integrator == Integrator::path ? kMostSlices : kDefaultSamples;
+  return std::min(s.samples > 0 ? s.samples : usual, kMostSlices);
+}
+
 /// The path of a program on PATH; "" if there is none.
 std::string find_program(const std::string& name) {
   const char* const path = std::getenv("PATH");
@@ -77,7 +83,10 @@ pid_t spawn_reader(const std::vector<std::string>& words, int input) {
 void SequenceOptions::check() const {
   if (turntable > 0 && !script.empty())
     throw CommandLineError("--turntable and --script both move the camera", "Give one of them.");
-  if (!frames.empty()) read_command_line([&] { parse_frame_range(frames); });
+  read_command_line([&] {
+    if (!frames.empty()) parse_frame_range(frames);
+    if (!shutter.empty()) parse_shutter(shutter);
+  });
 }
 
 void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions& o) {
@@ -91,29 +100,38 @@ void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions
   add_number(c, "--fps", o.frames_per_second, 0.01, 1000, "Frames a second, of animations and of films, -o NAME.mp4")
       ->option_text("N [24]")
       ->group(group);
+  add_text(c, group, "--shutter", o.shutter, "SECONDS|OPEN:CLOSE",
+           "Motion blur: the shutter is open for so long from the moment of the picture, such as 1/48, or between two "
+           "times (s). pbrt files bring their own; 0 turns it off. Samples divide the time");
 }
 
-std::shared_ptr<CameraMotion> camera_motion(const SequenceOptions& options, const Moment& moment,
-                                            const std::string& camera) {
+std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std::string& path, const Moment& moment,
+                                       const RenderSettings& settings) {
   const bool other = options.turntable > 0 || !options.script.empty();
-  if (!options.is_given() || (other && moment.animation.empty())) return nullptr;
-  auto motion = std::make_shared<CameraMotion>();
-  motion->camera = camera;
+  if (options.is_given() ? other && moment.animation.empty() : !has_moments(path)) return nullptr;
+  auto motion = std::make_shared<SceneMotion>();
+  motion->camera = settings.camera;
   motion->frames_per_second = options.frames_per_second;
+  motion->is_still = !options.is_given();
+  motion->start = motion->is_still ? moment.seconds : 0;
+  motion->frames = motion->is_still ? 1 : 0;
   if (!options.frames.empty()) motion->frames = parse_frame_range(options.frames).last + 1;
+  motion->slices = slices_of(settings);
+  motion->seed = settings.seed;
+  if (!options.shutter.empty()) motion->shutter = parse_shutter(options.shutter);
   return motion;
 }
 
 Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> scene,
-                   std::shared_ptr<const Tracer> tracer, const std::string& camera,
-                   std::shared_ptr<const CameraMotion> motion, OpenAt open_at)
+                   std::shared_ptr<const Tracer> tracer, const RenderSettings& settings,
+                   std::shared_ptr<const SceneMotion> motion, OpenAt open_at)
     : scene_(std::move(scene)), motion_(std::move(motion)), open_at_(std::move(open_at)) {
   const LightRig rig(scene_);
   read_command_line([&] {
-    const Camera& start = scene_->camera(camera);
+    const Camera& start = scene_->camera(settings.camera);
     const Script script = options.script.empty() ? Script() : read_script(options.script);
     const bool turns = options.turntable > 0, scripted = !options.script.empty();
-    std::uint32_t count = turns ? options.turntable : scripted ? script_length(script) : motion_->frames;
+    std::uint32_t count = turns ? options.turntable : scripted ? script_length(script) : motion_ ? motion_->frames : 1;
     FrameRange range{0, count - 1, 1};
     if (!options.frames.empty()) range = parse_frame_range(options.frames);
     if (turns && range.last >= count)
@@ -121,50 +139,84 @@ Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> 
                   fmt::format("Frames are counted from 0 to {}.", count - 1));
     count = std::max(count, range.last + 1);
     numbers_ = range.numbers();
+    if (motion_) timing_ = *motion_;
+    timing_.frames_per_second = options.frames_per_second;
+    timing_.frames = count;
+    timing_.slices = slices_of(settings);
+    timing_.seed = settings.seed;
+    if (!options.shutter.empty()) timing_.shutter = parse_shutter(options.shutter);
     if (turns || scripted) {
-      frames_ = turns ? turntable(*scene_, rig, start, count) : frames_of_script(script, *tracer, rig, start, count);
+      std::vector<double> at;
+      timing_.start = 0;
+      for (const FrameMoment m : timing_.moments())
+        at.push_back(m.slice > 0 ? timing_.seconds(m) * timing_.frames_per_second : m.frame);
+      frames_ = turns ? turntable(*scene_, rig, start, count, at) : frames_of_script(script, *tracer, rig, start, at);
       return;
     }
     const std::vector<Camera>& all = scene_->cameras();
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const auto own =
-          std::find_if(all.begin(), all.end(), [&](const Camera& c) { return c.name == CameraMotion::name(i); });
+    for (const FrameMoment m : timing_.moments()) {
+      const auto own = std::find_if(all.begin(), all.end(), [&](const Camera& c) { return c.name == m.camera(); });
       frames_.push_back({own == all.end() ? start : *own, std::vector<LightEdit>(rig.lights().size())});
     }
   });
   std::vector<std::string> names;
-  for (std::uint32_t i = 0; i < frames_.size(); ++i) {
-    frames_[i].camera.name = CameraMotion::name(i);
-    names.push_back(frames_[i].camera.name);
+  for (const FrameMoment m : timing_.moments()) {
+    frames_[index(m)].camera.name = m.camera();
+    // All frames have the same guides; a single picture is guided by what its slices see.
+    if ((m.slice > 0) == !options.is_given()) names.push_back(m.camera());
   }
   guides_ = guide_cameras(names);
 }
 
-void Sequence::set_frame(std::uint32_t number, RenderSettings& settings) const {
-  settings.camera = CameraMotion::name(number);
-  settings.guide_cameras = guides_;
-  settings.frame = number;
+bool Sequence::lit_alike(FrameMoment a, FrameMoment b) const {
+  return (!moves() || (a.frame == b.frame && a.slice == b.slice)) &&
+         frames_[index(a)].lights == frames_[index(b)].lights;
 }
 
-const LitScene& Sequence::scene_of(std::uint32_t number) {
-  const std::vector<LightEdit>& lights = frames_[number].lights;
-  if (lit_.scene && (shown_ == number || (!moves() && lights == frames_[shown_].lights))) return lit_;
+std::vector<FrameMoment> Sequence::moments(std::uint32_t number) const {
+  const FrameMoment own{number, 0};
+  std::vector<FrameMoment> slices;
+  bool any = false;
+  for (std::uint32_t slice = 1; slice <= timing_.slice_count(); ++slice) {
+    slices.push_back({number, slice});
+    any |=
+        !lit_alike(own, slices.back()) || !same_view(frames_[index(own)].camera, frames_[index(slices.back())].camera);
+  }
+  return any ? slices : std::vector{own};
+}
+
+void Sequence::set_moment(FrameMoment moment, RenderSettings& settings) const {
+  settings.camera = moment.camera();
+  settings.guide_cameras = guides_;
+  settings.frame = moment.frame;
+  if (moment.slice == 0) return;
+  settings.slice = {moment.slice, timing_.slices};
+  const FrameMoment first{moment.frame, 1};
+  bool still = true;
+  for (FrameMoment other = first; other.slice <= timing_.slice_count(); ++other.slice) still &= lit_alike(first, other);
+  // Photons of several moments average their noise.
+  settings.photon_stream = still ? 0 : moment.slice;
+}
+
+const LitScene& Sequence::scene_at(FrameMoment moment) {
+  const std::vector<LightEdit>& lights = frames_[index(moment)].lights;
+  if (lit_.scene && lit_alike(moment, shown_)) return lit_;
   lit_ = {};
-  const std::shared_ptr<const Scene> unlit = moves() ? open_at_(motion_->seconds(number)) : scene_;
+  const std::shared_ptr<const Scene> unlit = moves() ? open_at_(timing_.seconds(moment)) : scene_;
   const bool edited = std::any_of(lights.begin(), lights.end(), [](const LightEdit& e) { return !(e == LightEdit()); });
   const std::shared_ptr<const Scene> lit = edited ? LightRig(unlit).edited(lights) : unlit;
   if (!(lit->light_power().total() > 0))
-    throw Error(fmt::format("no light is on in frame {}", number), "Leave one on in each frame of the script.");
+    throw Error(fmt::format("no light is on in frame {}", moment.frame), "Leave one on in each frame of the script.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};
   for (const FrameOfSequence& frame : frames_) edit.more_cameras.push_back(frame.camera);
   lit_.scene = std::make_shared<const Scene>(*lit, std::move(edit));
   lit_.tracer = std::make_shared<const Tracer>(*lit_.scene);
-  shown_ = number;
+  shown_ = moment;
   return lit_;
 }
 
 float Sequence::exposure(const RenderSettings& settings) {
-  const LitScene& lit = scene_of(0);
+  const LitScene& lit = scene_at({0, 0});
   const RenderSettings size = resolve(settings, *lit.scene);
   RenderSettings s;
   s.integrator = Integrator::path;

@@ -20,7 +20,7 @@ namespace glowworm {
 
 /// Options of a sequence.
 struct SequenceOptions {
-  std::string frames, script;
+  std::string frames, script, shutter;
   std::uint32_t turntable = 0;
   double frames_per_second = 24;
 
@@ -29,52 +29,58 @@ struct SequenceOptions {
   void check() const;
 };
 
-/// Adds --frames, --turntable, --script and --fps.
+/// Adds --frames, --turntable, --script, --fps and --shutter.
 void add_sequence_options(CLI::App& command, const std::string& group, SequenceOptions& options);
 
-/// The motion to import with the scene; null if the frames are not of its animation.
-/// @param moment of the scene options
-/// @param camera name; empty is the file's first
-std::shared_ptr<CameraMotion> camera_motion(const SequenceOptions& options, const Moment& moment,
-                                            const std::string& camera);
+/// The motion to import with the scene; null if what is rendered is not of its animation.
+/// @param path of the scene @param moment of the scene options
+std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std::string& path, const Moment& moment,
+                                       const RenderSettings& settings);
 
-/// A scene as it is in a frame.
+/// A scene as it is at a moment of a frame.
 struct LitScene {
-  std::shared_ptr<const Scene> scene;  ///< has the cameras of all frames, named by frame_camera()
+  std::shared_ptr<const Scene> scene;  ///< has the cameras of all moments, FrameMoment::camera()
   std::shared_ptr<const Tracer> tracer;
 };
 
-/// The frames that the options ask for, and the scene that each shows.
+/// The frames that the options ask for, or one picture with motion blur, and the scene that each shows.
 class Sequence {
  public:
   /// Opens the scene at a moment of its animation, s.
   using OpenAt = std::function<std::shared_ptr<const Scene>(double seconds)>;
 
   /// Throws CommandLineError for a script that is invalid or a camera that does not exist.
-  /// @param camera name of the camera that starts the sequence
+  /// @param settings with the camera that starts the sequence
   /// @param motion with which the scene was imported, or null
   Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer,
-           const std::string& camera, std::shared_ptr<const CameraMotion> motion, OpenAt open_at);
+           const RenderSettings& settings, std::shared_ptr<const SceneMotion> motion, OpenAt open_at);
 
   /// Numbers of the frames to render.
   const std::vector<std::uint32_t>& numbers() const { return numbers_; }
-  /// Makes these the settings of a frame.
-  void set_frame(std::uint32_t number, RenderSettings& settings) const;
-  /// The scene of a frame: the same object as for the last call if nothing but the camera moves.
-  const LitScene& scene_of(std::uint32_t number);
+  /// The moments that a frame shows: its own, or those of the slices of the shutter's time if anything moves meanwhile.
+  std::vector<FrameMoment> moments(std::uint32_t number) const;
+  /// Makes these the settings of a moment.
+  void set_moment(FrameMoment moment, RenderSettings& settings) const;
+  /// The scene at a moment: the same object as for the last call if nothing but the camera moves.
+  const LitScene& scene_at(FrameMoment moment);
   /// An exposure for PNG files of all frames, in stops: the automatic one of small pictures along the way.
   float exposure(const RenderSettings& settings);
 
  private:
   bool moves() const { return motion_ && motion_->anything_else_moves; }
+  /// Index in frames_.
+  std::size_t index(FrameMoment m) const { return m.frame * std::size_t{1 + timing_.slice_count()} + m.slice; }
+  /// Whether lights, or other things than the camera, differ between two moments.
+  bool lit_alike(FrameMoment a, FrameMoment b) const;
 
   std::shared_ptr<const Scene> scene_;
-  std::shared_ptr<const CameraMotion> motion_;
+  std::shared_ptr<const SceneMotion> motion_;
+  SceneMotion timing_;  // frames and slices
   OpenAt open_at_;
-  std::vector<FrameOfSequence> frames_;
+  std::vector<FrameOfSequence> frames_;  // of timing_.moments()
   std::vector<std::string> guides_;
   std::vector<std::uint32_t> numbers_;
-  std::uint32_t shown_ = 0;  // the frame of lit_
+  FrameMoment shown_;  // of lit_
   LitScene lit_;
 };
 

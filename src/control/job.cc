@@ -138,7 +138,14 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
   }
   if (disk_) disk_pages_.emplace(budget_, "pages of arrays on disk", settings_.memory_bytes / 2);
   if (ranks_ && ranks_->rank() == 0) crew_ = std::make_unique<Crew>(ranks_);
-  if (made_->rows) film_.take_rows(*std::exchange(made_->rows, std::nullopt));
+  if (made_->rows) {
+    film_.take_rows(*made_->rows);
+    film_.add_not_finite(made_->rows->not_finite());
+    made_->rows.reset();
+    passes_ = film_.whole_passes();
+  }
+  if (const std::shared_ptr<const Statistics> earlier = std::exchange(made_->earlier, nullptr))
+    statistics_.add(*earlier);
   if (resume && !helps(ranks_)) this->resume(*resume);
   made_->maps.reserve_in(&array_budget());
   if (!settings_.share.empty() && settings_.integrator != Integrator::path)
@@ -176,6 +183,23 @@ double Job::progress() const {
   if (done_) return 1;
   const double by_time = time_.is_set() ? seconds() / std::max(time_.whole_s(), 1e-9) : 0;
   return std::clamp(std::max<double>(by_time, work_done_), 0.0, 1.0);
+}
+
+std::shared_ptr<JobMaps> Job::maps_for_next_slice() const {
+  made_->rows = film_;
+  made_->photon_variance = photon_variance_;
+  auto earlier = std::make_shared<Statistics>();
+  earlier->add(statistics_);
+  made_->earlier = std::move(earlier);
+  return made_;
+}
+
+void JobMaps::forget_scene() {
+  maps.forget();
+  guide.reset();
+  demand.reset();
+  gather_guide = GatherGuide();
+  has_gather_guide = false;
 }
 
 Film Job::snapshot() const {
@@ -355,7 +379,8 @@ void Job::render_passes() {
   const bool adaptive = is_adaptive(settings_);
   // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && !adaptive && film_.is_even() && reached_noise_target()) return;
-  const std::uint32_t all = settings_.sample_range().count(), end = adaptive ? std::min(kEvenSamples, all) : all;
+  const std::uint32_t all = settings_.sample_range().count(), first = settings_.sample_range().first;
+  const std::uint32_t end = adaptive ? std::min(kEvenSamples, all) : settings_.slice_range().end - first;
   for (std::uint32_t done = first_pass; done < end; done = passes_) {
     if (should_stop(settings_.progressive ? photon_seconds_ + task_seconds_ : task_seconds_)) return;
     prepare(done);

@@ -49,11 +49,15 @@ struct JobMaps {
   bool has_gather_guide = false;
   float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known
   PhotonMaps maps;
-  std::optional<ChosenNumbers> numbers;   ///< of all frames of a sequence, once its first has chosen them
-  std::optional<double> photon_variance;  ///< Job::photon_variance() of all frames of a sequence, once it is measured
-  std::optional<Film> rows;               ///< finished rows that the next Job starts with; it takes them out
+  std::optional<ChosenNumbers> numbers;  ///< of all frames of a sequence, once its first has chosen them
+  /// Job::photon_variance() of all frames of a sequence, or of all slices of time of a picture, once it is measured.
+  std::optional<double> photon_variance;
+  std::optional<Film> rows;                   ///< finished samples that the next Job starts with; it takes them out
+  std::shared_ptr<const Statistics> earlier;  ///< of the Jobs that made `rows`, if they are of the same picture
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
+  /// Forgets what depends on the scene: the next Job has another.
+  void forget_scene();
 };
 
 class Job;
@@ -142,6 +146,8 @@ class Job {
   double photon_variance() const { return photon_variance_; }
   /// For the next Job.
   std::shared_ptr<JobMaps> maps() const { return made_; }
+  /// The same for a Job of the next slice of time, which adds its samples to those of this one.
+  std::shared_ptr<JobMaps> maps_for_next_slice() const;
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
   /// Fate of the photons so far, by light; at any time. Empty for the path tracer.

@@ -26,7 +26,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.fixed_radius = s.fixed_radius;
   wanted.radius = s.radius > 0 ? s.radius : made_->fixed_radius;
   wanted.caustic_radius = s.radius;
-  wanted.seed = s.seed;
+  wanted.seed = s.photon_seed();
   wanted.pass = s.progressive ? pass : 0;
   wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
   wanted.max_bounces = photon_bounces(s.max_bounces);

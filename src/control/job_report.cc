@@ -123,7 +123,8 @@ Image make_image(const Film& film, const Job& job) { return make_image(film, pic
 
 Part part_of(const Job& job) {
   Part part{key_of_whole(job.key()), {job.settings().sample_range()}, picture_info(job)};
-  part.picture.settings.part = SampleShare();
+  part.picture.settings.part = part.picture.settings.slice = SampleShare();
+  part.picture.settings.photon_stream = 0;
   return part;
 }
 

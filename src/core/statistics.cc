@@ -8,6 +8,11 @@ thread_local PhaseTimer* running = nullptr;  ///< the innermost of this thread
 
 }  // namespace
 
+void Statistics::add(const Statistics& earlier) {
+  for (std::size_t i = 0; i < counters_.size(); ++i) counters_[i] += earlier.counters_[i].load();
+  for (std::size_t i = 0; i < times_.size(); ++i) times_[i].store(times_[i].load() + earlier.times_[i].load());
+}
+
 void Statistics::add_time(Phase phase, double seconds, double covered) {
   auto& slot = times_[static_cast<std::size_t>(phase)];
   slot.store(slot.load() + seconds);

@@ -53,6 +53,8 @@ class PhaseTimer;
 /// are wall time, not processor time.
 class Statistics {
  public:
+  /// Adds the counts and times of an earlier part of the render.
+  void add(const Statistics& earlier);
   void add(Counter counter, std::uint64_t n) {
     counters_[static_cast<std::size_t>(counter)].fetch_add(n, std::memory_order_relaxed);
   }

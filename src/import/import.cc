@@ -65,12 +65,17 @@ SceneDescription load_file(const std::string& path, const ImportOptions& options
 
 }  // namespace
 
+bool has_moments(const std::string& path_or_builtin) {
+  const std::string extension = lower_ending(path_or_builtin);
+  return !is_builtin(path_or_builtin) && (extension == ".gltf" || extension == ".glb" || extension == ".pbrt");
+}
+
 bool is_builtin(std::string_view path_or_builtin) { return path_or_builtin.starts_with(kBuiltinPrefix); }
 
 SceneDescription load_scene(const std::string& path_or_builtin, const ImportOptions& options) try {
-  const bool moves = options.moment.seconds > 0 || !options.moment.animation.empty() || options.camera_motion;
-  if (const std::string extension = lower_ending(path_or_builtin); moves && extension != ".gltf" && extension != ".glb")
-    throw Error(fmt::format("'{}' has no animation: only glTF files have", path_or_builtin),
+  const bool moves = options.moment.seconds > 0 || !options.moment.animation.empty() || options.motion;
+  if (moves && !has_moments(path_or_builtin))
+    throw Error(fmt::format("'{}' has no animation: only glTF and pbrt files have", path_or_builtin),
                 "Leave out --animation, --at, and --frames without --script or --turntable.");
   if (is_builtin(path_or_builtin)) return builtin_scene(path_or_builtin.substr(kBuiltinPrefix.size()));
   const InputRecord record;

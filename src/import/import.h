@@ -2,11 +2,13 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/memory_budget.h"
+#include "core/shutter.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -22,16 +24,35 @@ struct Moment {
   double seconds = 0;     ///< of that animation
 };
 
-/// A camera at all frames of an animation.
-struct CameraMotion {
-  std::string camera;                ///< name; empty: the file's first
-  double frames_per_second = 24;     ///< frame i is the moment i / frames_per_second
-  std::uint32_t frames = 0;          ///< the fewest; the import raises it to those of the whole animation
-  bool anything_else_moves = false;  ///< set by the import: whether meshes or lights differ between frames
+/// A moment of a frame: its own, or that of a slice of the time for which the shutter is open.
+struct FrameMoment {
+  std::uint32_t frame = 0, slice = 0;  ///< slice 0: the frame's own moment; others are counted from 1
 
-  /// The name that the camera of a frame gets in the description.
-  static std::string name(std::uint32_t frame) { return "frame " + std::to_string(frame); }
-  double seconds(std::uint32_t frame) const { return frame / frames_per_second; }
+  /// The name of a camera of this moment.
+  std::string camera() const {
+    return "frame " + std::to_string(frame) + (slice > 0 ? " slice " + std::to_string(slice) : "");
+  }
+};
+
+/// A camera at all frames of an animation, and what else moves in it.
+struct SceneMotion {
+  std::string camera;                ///< name; empty: the file's first
+  double start = 0;                  ///< moment of frame 0, s
+  double frames_per_second = 24;     ///< frame i is the moment start + i / frames_per_second
+  std::uint32_t frames = 0;          ///< the fewest; the import raises it to those of the whole animation
+  bool is_still = false;             ///< there is no other frame than the first
+  std::optional<Shutter> shutter;    ///< empty: the import sets what the file asks for, if anything
+  std::uint32_t slices = 1;          ///< of the time of the shutter
+  std::uint32_t seed = 0;            ///< of the moments of slices
+  bool anything_else_moves = false;  ///< set by the import: whether meshes or lights differ between moments
+  double length = 0;                 ///< set by the import: seconds of the whole animation; 0: there is none
+
+  /// Slices of each frame; 0: its moment alone is shown.
+  std::uint32_t slice_count() const { return shutter && shutter->close > shutter->open ? slices : 0; }
+  /// Seconds of a moment.
+  double seconds(FrameMoment moment) const;
+  /// All moments: of each frame its own, then its slices.
+  std::vector<FrameMoment> moments() const;
 };
 
 /// Resources and options of an import.
@@ -46,10 +67,10 @@ struct ImportOptions {
   bool light_uvs = false;
   /// Gets the origin of the triangles of a glTF file, unless it is null.
   std::shared_ptr<GltfParts> gltf_parts = {};
-  /// The moment that is shown, of a glTF file.
+  /// The moment that is shown, of a glTF or pbrt file.
   Moment moment = {};
-  /// Gets the cameras of more moments of a glTF file, after its own; null: none.
-  std::shared_ptr<CameraMotion> camera_motion = {};
+  /// Gets the cameras of more moments of a glTF or pbrt file, after its own; null: none.
+  std::shared_ptr<SceneMotion> motion = {};
   /// Gets the files outside of the scene file's folder that were read, unless it is null.
   std::shared_ptr<std::vector<std::string>> outside_files = {};
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
@@ -59,6 +80,9 @@ struct ImportOptions {
 
 /// Whether the name is that of a built-in scene, "builtin:NAME", known or not.
 bool is_builtin(std::string_view path_or_builtin);
+
+/// Whether the file's format has animations that the import reads.
+bool has_moments(const std::string& path_or_builtin);
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
 /// its .mtl), .ply, .stl, .rad (Radiance), or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths

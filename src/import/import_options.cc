@@ -8,4 +8,16 @@ std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes) {
                                         "textures.");
 }
 
+double SceneMotion::seconds(FrameMoment moment) const {
+  const double of_frame = start + moment.frame / frames_per_second;
+  return moment.slice > 0 ? of_frame + shutter->moment(moment.slice - 1, slices, seed) : of_frame;
+}
+
+std::vector<FrameMoment> SceneMotion::moments() const {
+  std::vector<FrameMoment> out;
+  for (std::uint32_t frame = 0; frame < frames; ++frame)
+    for (std::uint32_t slice = 0; slice <= slice_count(); ++slice) out.push_back({frame, slice});
+  return out;
+}
+
 }  // namespace glowworm

@@ -63,21 +63,21 @@ std::string frame_file(const std::string& pattern, std::uint32_t number) {
 bool has_frame_number(const std::string& pattern) { return number_place(pattern).second > 0; }
 
 std::vector<FrameOfSequence> turntable(const Scene& scene, const LightRig& rig, const Camera& camera,
-                                       std::uint32_t count) {
+                                       std::uint32_t count, const std::vector<double>& moments) {
   const Vec3 up = nearest_up(camera), to_middle = scene.center() - camera.to_world.translation;
   // The camera keeps its direction, so it turns around the axis through the middle.
   const float ahead = dot(to_middle, forward(camera));
   std::vector<FrameOfSequence> frames;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const float angle = 2 * kPi * static_cast<float>(i) / static_cast<float>(count);
-    frames.push_back({i == 0 ? camera : orbit(camera, ahead, up, angle, 0), {}});
+  for (const double moment : moments) {
+    const float angle = 2 * kPi * static_cast<float>(moment) / static_cast<float>(count);
+    frames.push_back({moment == 0 ? camera : orbit(camera, ahead, up, angle, 0), {}});
     frames.back().lights.resize(rig.lights().size());
   }
   return frames;
 }
 
 std::vector<FrameOfSequence> frames_of_script(const Script& script, const Tracer& tracer, const LightRig& rig,
-                                              const Camera& camera, std::uint32_t count) {
+                                              const Camera& camera, const std::vector<double>& moments) {
   for (const ScriptMove& move : script.moves)
     if (move.focus || move.drop)
       throw Error(fmt::format("the script's move at frame {} has a \"{}\", which needs the frames of a window",
@@ -87,10 +87,19 @@ std::vector<FrameOfSequence> frames_of_script(const Script& script, const Tracer
   state.camera = camera;
   state.pivot_distance = pivot_distance(tracer, camera);
   state.lights.resize(rig.lights().size());
-  std::vector<FrameOfSequence> frames;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  const double last = moments.empty() ? 0 : *std::max_element(moments.begin(), moments.end());
+  std::vector<ViewState> whole;
+  for (std::uint32_t i = 0; i <= std::max(last, 0.0); ++i) {
     play(script, i, tracer.scene(), rig, nullptr, state);
-    frames.push_back({state.camera, state.lights});
+    whole.push_back(state);
+  }
+  std::vector<FrameOfSequence> frames;
+  for (const double moment : moments) {
+    const auto before = static_cast<std::uint32_t>(std::max(moment, 0.0));
+    ViewState between = whole[before];
+    const auto part = static_cast<float>(std::max(moment, 0.0) - before);
+    if (part > 0) play(script, before + 1, tracer.scene(), rig, nullptr, between, part);
+    frames.push_back({between.camera, between.lights});
   }
   return frames;
 }

@@ -33,13 +33,15 @@ struct FrameOfSequence {
   std::vector<LightEdit> lights;  ///< one for each of LightRig::lights()
 };
 
-/// Frames 0 to count - 1 of one turn around the middle of the scene, to the right, about the camera's up axis.
+/// Moments of one turn of `count` frames around the middle of the scene, to the right, about the camera's up axis.
+/// @param moments in frames: 1.5 lies between frames 1 and 2
 std::vector<FrameOfSequence> turntable(const Scene& scene, const LightRig& rig, const Camera& camera,
-                                       std::uint32_t count);
+                                       std::uint32_t count, const std::vector<double>& moments);
 
-/// Frames 0 to count - 1 of a script: its cameras and lights. What else a script changes is of interactive views.
+/// Moments of a script: its cameras and lights. What else a script changes is of interactive views.
 /// Throws Error for what play() refuses, and for "focus" and "drop", which need a window's frames.
+/// @param moments in frames; those before frame 0 show it
 std::vector<FrameOfSequence> frames_of_script(const Script& script, const Tracer& tracer, const LightRig& rig,
-                                              const Camera& camera, std::uint32_t count);
+                                              const Camera& camera, const std::vector<double>& moments);
 
 }  // namespace glowworm

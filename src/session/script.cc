@@ -95,11 +95,14 @@ std::uint32_t script_length(const Script& script) {
 }
 
 void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
-          ViewState& state) {
+          ViewState& state, float part) {
   for (const ScriptMove& move : script.moves) {
     if (frame < move.from || frame >= move.to) continue;
-    const bool first = frame == move.from;
-    const float share = 1 / static_cast<float>(move.to - move.from), step = 1 / static_cast<float>(move.to - frame);
+    const bool starts = frame == move.from, first = starts && part == 1;
+    // A cut to another camera shows nothing between.
+    if (starts && part < 1 && (move.camera || move.focus)) continue;
+    const float share = part / static_cast<float>(move.to - move.from),
+                step = part / static_cast<float>(move.to - frame);
     if (first) play_settings(move, scene, state);
     if (first && move.focus && shown) focus_on(*shown, *move.focus, state);
     const Vec3 up = nearest_up(state.camera);
@@ -107,6 +110,7 @@ void play(const Script& script, std::uint32_t frame, const Scene& scene, const L
     if (orbited.x != 0 || orbited.y != 0)
       state.camera = orbit(state.camera, state.pivot_distance, up, orbited.x, orbited.y);
     if (looked.x != 0 || looked.y != 0) state.camera = look(state.camera, up, -looked.x, looked.y);
+    state.seconds += move.seconds * double{share};
     if (length_squared(move.fly) > 0) state.camera = fly(state.camera, move.fly * share);
     if (move.light) play_light(*move.light, first, share, step, scene, rig, state);
   }

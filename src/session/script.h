@@ -32,6 +32,7 @@ struct ScriptMove {
   std::uint32_t from = 0, to = 1;
   Vec2 orbit, look;           ///< degrees to the right and up, in all, spread evenly over the frames
   Vec3 fly{0, 0, 0};          ///< metres to the right, up, ahead, in all
+  double seconds = 0;         ///< of the scene's animation, in all
   std::optional<Vec2> focus;  ///< point of the picture to look at and orbit, as shares of its sides
   std::optional<std::string> camera, mode, part, engine, kernel;
   std::optional<std::uint32_t> gather, nearest;
@@ -56,9 +57,10 @@ Script read_script(const std::string& path);
 Script parse_script(const std::string& text, const std::string& name);
 
 /// Applies a script's actions for a frame to the state. @param shown the previous frame, for focusing; may be null.
+/// @param part of the frame, in [0, 1]: below 1, what moves evenly goes as far, and all else comes with the whole frame
 /// Throws Error for an unknown camera, light, mode, engine or kernel.
 void play(const Script& script, std::uint32_t frame, const Scene& scene, const LightRig& rig, const ViewFrame* shown,
-          ViewState& state);
+          ViewState& state, float part = 1);
 
 /// Number of frames of a script: as it says, or until nothing more happens in it.
 std::uint32_t script_length(const Script& script);

@@ -36,6 +36,7 @@ constexpr const char* kNoLayers = "none";
 constexpr const char* kPixelBounds = "--pixel-bounds";
 constexpr const char* kFirstSample = "first sample";
 constexpr const char* kFrame = "frame";
+constexpr const char* kSlicePhotons = "photons of the shutter's slice";
 constexpr const char* kGuideCameras = "cameras of the sequence";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
@@ -128,6 +129,7 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGri
   key.push_back({kFirstSample, std::to_string(s.sample_range().first)});
   key.push_back({kFirstHits, names_of(s.place_layers())});
   if (points) key.push_back({kPoints, hex(hash_points(*points))});
+  if (s.photon_stream > 0) key.push_back({kSlicePhotons, std::to_string(s.photon_stream)});
   if (!s.guide_cameras.empty()) {
     key.push_back({kFrame, std::to_string(s.frame)});
     key.push_back({kGuideCameras, hex(hash_guide_cameras(scene, s.guide_cameras))});

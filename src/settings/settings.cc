@@ -138,6 +138,13 @@ bool chooses_photons_by_noise(const RenderSettings& s) {
          !s.progressive && !s.of_points;
 }
 
+/// The samples of a share of all.
+SampleRange range_of(const SampleShare& share, std::uint64_t samples) {
+  if (share.is_all()) return {0, static_cast<std::uint32_t>(samples)};
+  const auto until = [&](std::uint64_t shares) { return static_cast<std::uint32_t>(samples * shares / share.count); };
+  return {until(share.index - 1), until(share.index)};
+}
+
 /// Throws Error for settings under which light cannot be kept apart.
 void check_light_groups(const RenderSettings& s) {
   std::string reason;
@@ -164,10 +171,12 @@ PixelBounds CropWindow::pixels(int width, int height) const {
   return {up(x0, width), up(y0, height), up(x1, width), up(y1, height)};
 }
 
-SampleRange RenderSettings::sample_range() const {
-  if (part.is_all()) return {0, samples};
-  const auto until = [&](std::uint64_t shares) { return static_cast<std::uint32_t>(samples * shares / part.count); };
-  return {until(part.index - 1), until(part.index)};
+SampleRange RenderSettings::sample_range() const { return range_of(part, samples); }
+
+SampleRange RenderSettings::slice_range() const {
+  const SampleRange all = sample_range(), own = range_of(slice, samples);
+  const std::uint32_t first = std::max(all.first, own.first);
+  return {first, std::max(first, std::min(all.end, own.end))};
 }
 
 PlaceLayers RenderSettings::place_layers() const {
@@ -184,6 +193,12 @@ void check_part(const RenderSettings& asked) {
                 "Give --samples in place of --noise.");
   if (asked.time_limit_s > 0 && asked.samples == 0)
     throw Error("--part with --time needs --samples", "All parts must agree on the number of samples.");
+}
+
+void check_shutter(const RenderSettings& asked) {
+  if (asked.noise_target > 0 || asked.time_limit_s > 0)
+    throw Error("a picture with motion blur cannot end by --time or --noise",
+                "Give --samples in place of it, or --shutter 0.");
 }
 
 std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
@@ -226,6 +241,7 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   check_settings(asked);
   RenderSettings s = asked;
   check_part(s);
+  if (!s.slice.is_all()) check_shutter(s);
   resolve_size(s, scene);
   s.bounds = resolved_bounds(s, scene.film());
   for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());

@@ -83,10 +83,14 @@ struct SampleRange {
 struct RenderSettings {
   Integrator integrator = Integrator::gather;
   std::string engine = "auto";
-  std::uint32_t samples = 0;                      ///< camera samples of each pixel, of all shares together
-  SampleShare part;                               ///< the share of them to render; all else is that of the whole render
-  std::string share;                              ///< folder for share/share_folder.h; empty: none
-  std::uint32_t gather = 0;                       ///< final gather rays of each camera sample
+  std::uint32_t samples = 0;  ///< camera samples of each pixel, of all shares together
+  SampleShare part;           ///< the share of them to render; all else is that of the whole render
+  /// The slice of the time of an open shutter that is rendered: its share of the samples of the whole render. The film
+  /// holds those of the slices before (JobMaps::rows).
+  SampleShare slice;
+  std::uint32_t photon_stream = 0;  ///< selects the photons among those of the seed: each moving slice has its own
+  std::string share;                ///< folder for share/share_folder.h; empty: none
+  std::uint32_t gather = 0;         ///< final gather rays of each camera sample
   std::uint32_t default_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
   std::uint64_t photons = 0;                      ///< photons in the global map
   std::uint64_t thinned = 0;                      ///< how many of them density control leaves; 0: all
@@ -138,6 +142,10 @@ struct RenderSettings {
   PlaceLayers place_layers() const;
   /// The samples to render, by `samples` and `part`.
   SampleRange sample_range() const;
+  /// Those of them that belong to `slice`; may be none.
+  SampleRange slice_range() const;
+  /// Seed of photons.
+  std::uint32_t photon_seed() const { return photon_stream == 0 ? seed : hash_combine(~seed, photon_stream); }
   /// Seed of camera samples and gather rays.
   std::uint32_t sample_seed() const { return frame == 0 ? seed : hash_combine(seed, frame); }
 };
@@ -168,6 +176,13 @@ void set_thread_count(const RenderSettings& asked);
 /// Throws Error if the share cannot be rendered with the other settings as they are asked for: if the number of samples
 /// depends on time or noise.
 void check_part(const RenderSettings& asked);
+
+/// Most slices of the time of a shutter.
+inline constexpr std::uint32_t kMostSlices = 32;
+
+/// Throws Error if a picture with motion blur cannot be rendered with these settings as they are asked for: if the
+/// number of samples depends on time or noise.
+void check_shutter(const RenderSettings& asked);
 
 /// Returns the settings with every automatic value replaced. Values that affect the picture depend only on the scene
 /// and the other settings, never on the machine, its cores or its memory. Throws Error for impossible values (a size of

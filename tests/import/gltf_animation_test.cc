@@ -75,10 +75,10 @@ class GltfAnimationTest : public GltfTest {
     return file;
   }
   SceneDescription load_at(const GltfFile& file, const Moment& moment,
-                           const std::shared_ptr<CameraMotion>& motion = nullptr) const {
+                           const std::shared_ptr<SceneMotion>& motion = nullptr) const {
     ImportOptions options;
     options.moment = moment;
-    options.camera_motion = motion;
+    options.motion = motion;
     return load_scene(write_gltf(file), options);
   }
 };
@@ -97,7 +97,7 @@ TEST_F(GltfAnimationTest, MomentsPlaceMeshes) {
 }
 
 TEST_F(GltfAnimationTest, CamerasOfAllFramesAreRead) {
-  const auto motion = std::make_shared<CameraMotion>();
+  const auto motion = std::make_shared<SceneMotion>();
   motion->frames_per_second = 2;
   const SceneDescription d = load_at(moving_file(1), {}, motion);
   EXPECT_EQ(motion->frames, 5u);
@@ -105,13 +105,13 @@ TEST_F(GltfAnimationTest, CamerasOfAllFramesAreRead) {
   ASSERT_EQ(d.cameras.size(), 6u);
   EXPECT_EQ(d.cameras[0].name, "eye");
   for (std::uint32_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(d.cameras[i + 1].name, CameraMotion::name(i));
+    EXPECT_EQ(d.cameras[i + 1].name, FrameMoment{i}.camera());
     EXPECT_FLOAT_EQ(d.cameras[i + 1].to_world.translation.x, 2 * static_cast<float>(i));
   }
 }
 
 TEST_F(GltfAnimationTest, KnowsWhetherMeshesMove) {
-  const auto motion = std::make_shared<CameraMotion>();
+  const auto motion = std::make_shared<SceneMotion>();
   load_at(moving_file(0), {}, motion);
   EXPECT_TRUE(motion->anything_else_moves);
 }

@@ -51,14 +51,6 @@ TEST(PbrtTransform, StacksSaveAndRestore) {
   expect_near(moved("Translate 1 0 0", "ActiveTransform EndTime "), {2, 2, 3});
 }
 
-TEST(PbrtTransform, MotionOfShapesAndCamerasIsNoted) {
-  const std::string motion = "ActiveTransform EndTime Translate 9 9 9 ActiveTransform All ";
-  for (const std::string& scene : {motion + "Camera \"perspective\" WorldBegin " + kTriangle,
-                                   "WorldBegin AttributeBegin " + motion + kTriangle + " AttributeEnd"})
-    EXPECT_TRUE(pbrt_testing::has_note(load_text(scene), "not supported, everything stays at its start: motion"))
-        << scene;
-}
-
 TEST(PbrtTransform, TransformEndKeepsAttributes) {
   // ReverseOrientation inside TransformBegin holds on; inside AttributeBegin it does not.
   const auto normal_z = [](const std::string& directives) {

@@ -31,7 +31,7 @@ TEST(Turntable, CirclesTheMiddleOfTheScene) {
   const std::shared_ptr<const Scene> scene = test_scene("cornell");
   const LightRig rig(scene);
   const Camera& start = scene->camera("");
-  const std::vector<FrameOfSequence> frames = turntable(*scene, rig, start, 8);
+  const std::vector<FrameOfSequence> frames = turntable(*scene, rig, start, 8, {0, 1, 2, 3, 4, 5, 6, 7});
   ASSERT_EQ(frames.size(), 8u);
   EXPECT_TRUE(same_view(frames[0].camera, start));
   const Vec3 eye = start.to_world.translation;

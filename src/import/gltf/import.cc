@@ -62,7 +62,7 @@ class GltfBuilder {
         materials_(document, textures_, notes_, description_),
         moment_(options.moment),
         pose_(document, options.moment),
-        motion_(options.camera_motion),
+        motion_(options.motion),
         light_uvs_(options.light_uvs),
         parts_(options.gltf_parts) {}
 
@@ -76,13 +76,14 @@ class GltfBuilder {
     for (const int root : root_nodes()) place(root, TransformDouble{}, true, 0);
     check_room();
     for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
-    if (motion_) add_motion();
+    if (motion_ && !model_.animations.empty()) motion_->length = animation_seconds(document_, moment_.animation);
+    if (motion_ && (!motion_->is_still || (motion_->slice_count() > 0 && !model_.animations.empty()))) add_motion();
     note_extensions();
     // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
     // with a glowing lamp.
     description_.emission_may_be_decoration = true;
     note_variants();
-    if (!motion_ && moment_.seconds == 0)
+    if ((!motion_ || motion_->is_still) && moment_.seconds == 0)
       notes_.add("animation: the first moment is shown; --at shows another", model_.animations.size());
     if (parts_) notes_.add("skin: its mesh gets the light of the file's pose", model_.skins.size());
     notes_.write_to(description_.notes);
@@ -165,16 +166,18 @@ class GltfBuilder {
       camera = &node;
       camera_index = placed.index;
     }
-    const double frames = std::ceil(animation_seconds(document_, moment_.animation) * motion_->frames_per_second) + 1;
-    motion_->frames = std::max(motion_->frames, static_cast<std::uint32_t>(std::min(frames, double{kMostFrames})));
-    for (std::uint32_t i = 0; i < motion_->frames && (camera || !motion_->anything_else_moves); ++i) {
-      const GltfPose pose(document_, {moment_.animation, motion_->seconds(i)});
+    const double frames = std::ceil(motion_->length * motion_->frames_per_second) + 1;
+    if (!motion_->is_still)
+      motion_->frames = std::max(motion_->frames, static_cast<std::uint32_t>(std::min(frames, double{kMostFrames})));
+    for (const FrameMoment moment : motion_->moments()) {
+      if (!camera && motion_->anything_else_moves) break;
+      const GltfPose pose(document_, {moment_.animation, motion_->seconds(moment)});
       motion_->anything_else_moves |=
           !std::all_of(shown.begin(), shown.end(), [&](int node) { return is_same_in(pose, node); });
       if (!camera) continue;
       const std::size_t before = description_.cameras.size();
       add_camera(*camera, to_world_in(pose, camera_index).relative_to(origin_.origin()));
-      if (description_.cameras.size() > before) description_.cameras.back().name = CameraMotion::name(i);
+      if (description_.cameras.size() > before) description_.cameras.back().name = moment.camera();
     }
   }
 
@@ -444,7 +447,7 @@ class GltfBuilder {
   std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
   const Moment moment_;
   GltfPose pose_;
-  const std::shared_ptr<CameraMotion> motion_;
+  const std::shared_ptr<SceneMotion> motion_;
   std::map<int, int> parent_;  // of each node below another
   bool light_uvs_;
   std::shared_ptr<GltfParts> parts_;  ///< null: not wanted

@@ -17,6 +17,7 @@
 #include "import/pbrt/lights.h"
 #include "import/pbrt/material_table.h"
 #include "import/pbrt/media.h"
+#include "import/pbrt/motion.h"
 #include "import/pbrt/placement.h"
 #include "import/pbrt/shapes.h"
 #include "import/pbrt/textures.h"
@@ -48,7 +49,7 @@ bool hides(const PbrtParameters& parameters, const PbrtParameters& others) {
 
 /// The state that AttributeBegin saves.
 struct Attributes {
-  TransformDouble transform;
+  PbrtTransforms transforms;
   bool reverse = false;
   std::uint32_t material = 0;
   bool textured_material = false;
@@ -57,7 +58,7 @@ struct Attributes {
   std::shared_ptr<PbrtAreaLight> light;
   std::shared_ptr<const Defaults> defaults;  ///< null: none
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
-  bool start_active = true;  ///< transforms apply to the start of the motion
+  bool start_active = true, end_active = true;  ///< whether transforms apply to the ends of the motion
 };
 
 struct Saved {
@@ -84,11 +85,18 @@ struct PbrtBuilder::State {
   std::vector<Saved> stack;
   std::vector<std::function<void()>> redefinitions;  ///< of names within open blocks: restore the older value
   std::size_t ignored_nesting = 0;
-  std::map<std::string, TransformDouble, std::less<>> coordinate_systems;
+  std::map<std::string, PbrtTransforms, std::less<>> coordinate_systems;
   std::map<std::string, std::vector<PbrtShape>, std::less<>> objects;
   std::vector<PbrtShape>* open_object = nullptr;
   std::optional<PbrtDirective> film;
   float exposure_seconds = 1;
+  Shutter shutter{0, 1};                 ///< of the first camera
+  double first_time = 0, last_time = 1;  ///< of the motion, s
+  PbrtTransforms camera_to_world;        ///< of the first camera
+  double camera_first_time = 0, camera_last_time = 1;
+  std::optional<PbrtPlace> moving;  ///< the first directive that moves anything but the camera
+  double moving_from = 0, moving_until = 0;
+  std::optional<PbrtPlace> moving_camera;
   bool has_world_content = false;
   Reservation object_meshes, triangles;
 
@@ -100,6 +108,25 @@ struct PbrtBuilder::State {
   void error(const PbrtDirective& d, const std::string& message, const std::string& remedy) {
     diagnostics().error(d.place, message, remedy);
   }
+  /// The transform at a directive, at the moment that is shown.
+  TransformDouble transform_at(const PbrtDirective& d) {
+    if (now.transforms.moves()) {
+      moving_from = moving ? std::min(moving_from, first_time) : first_time;
+      moving_until = moving ? std::max(moving_until, last_time) : last_time;
+      if (!moving) moving = d.place;
+    }
+    return transform_between(now.transforms, first_time, last_time, context.seconds, d.place);
+  }
+  TransformDouble transform_between(const PbrtTransforms& ends, double first, double last, double seconds,
+                                    const PbrtPlace& place) {
+    const double share = seconds <= first ? 0 : seconds >= last ? 1 : (seconds - first) / (last - first);
+    const std::optional<TransformDouble> out = between(ends, share);
+    if (!out)
+      diagnostics().error(place, "the transform at the start or the end of the motion cannot be inverted",
+                          "A scale of 0? Between them, scale and rotation are interpolated.");
+    return out.value_or(ends.start);
+  }
+  void add_motion();
   void add_defaults(const char* target, PbrtDirective& d) {
     for (const Defaults* set = now.defaults.get(); set; set = set->before.get()) {
       if (set->target == target) d.parameters.add_defaults(set->parameters);
@@ -135,7 +162,8 @@ struct PbrtBuilder::State {
   void color_space(PbrtDirective& d);
   void transform(PbrtDirective& d);
   void active_transform(PbrtDirective& d);
-  void coordinate_system(PbrtDirective& d) { coordinate_systems[d.strings[0]] = now.transform; }
+  void transform_times(PbrtDirective& d);
+  void coordinate_system(PbrtDirective& d) { coordinate_systems[d.strings[0]] = now.transforms; }
   void coordinate_system_transform(PbrtDirective& d);
   void reverse_orientation(PbrtDirective&) { now.reverse = !now.reverse; }
   void camera(PbrtDirective& d);
@@ -181,6 +209,7 @@ PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) 
       Entry{"Rotate", &State::transform},
       Entry{"LookAt", &State::transform},
       Entry{"ActiveTransform", &State::active_transform},
+      Entry{"TransformTimes", &State::transform_times},
       Entry{"CoordinateSystem", &State::coordinate_system},
       Entry{"CoordSysTransform", &State::coordinate_system_transform},
       Entry{"ReverseOrientation", &State::reverse_orientation},
@@ -223,8 +252,9 @@ void PbrtBuilder::State::end(PbrtDirective& d) {
   }
   Attributes& saved = stack.back().attributes;
   if (stem == "Transform") {
-    now.transform = saved.transform;
+    now.transforms = saved.transforms;
     now.start_active = saved.start_active;
+    now.end_active = saved.end_active;
   } else {
     now = std::move(saved);
     for (; redefinitions.size() > stack.back().redefinitions; redefinitions.pop_back()) redefinitions.back()();
@@ -250,9 +280,20 @@ void PbrtBuilder::State::color_space(PbrtDirective& d) {
 }
 
 void PbrtBuilder::State::transform(PbrtDirective& d) {
-  if (!now.start_active) return;
-  const auto changed = apply_transform(d, now.transform);
-  if (changed) now.transform = *changed;
+  PbrtTransforms& both = now.transforms;
+  const bool moved = both.moves();
+  for (const bool at_start : {true, false}) {
+    if (!(at_start ? now.start_active : now.end_active)) continue;
+    // One transform, and one message, where both ends are the same.
+    if (!at_start && now.start_active && !moved) {
+      both.end = both.start;
+      return;
+    }
+    TransformDouble& current = at_start ? both.start : both.end;
+    const auto changed = apply_transform(d, current);
+    if (!changed) return;
+    current = *changed;
+  }
 }
 
 void PbrtBuilder::State::active_transform(PbrtDirective& d) {
@@ -262,27 +303,41 @@ void PbrtBuilder::State::active_transform(PbrtDirective& d) {
     return;
   }
   now.start_active = word != "EndTime";
-  if (!now.start_active) note(d, "not supported, everything stays at its start: motion");
+  now.end_active = word != "StartTime";
+}
+
+void PbrtBuilder::State::transform_times(PbrtDirective& d) {
+  if (!(d.numbers[0] <= d.numbers[1])) return error(d, "TransformTimes end before they start", "Swap them.");
+  first_time = d.numbers[0];
+  last_time = d.numbers[1];
 }
 
 void PbrtBuilder::State::coordinate_system_transform(PbrtDirective& d) {
   const auto found = coordinate_systems.find(d.strings[0]);
   if (found != coordinate_systems.end()) {
-    now.transform = found->second;
+    now.transforms = found->second;
   } else {
     error(d, fmt::format("no coordinate system {}", in_quotes(d.strings[0])), "Define it by CoordinateSystem.");
   }
 }
 
 void PbrtBuilder::State::camera(PbrtDirective& d) {
-  if (!is_invertible(now.transform)) {
+  if (!is_invertible(now.transforms.start) || !is_invertible(now.transforms.end)) {
     error(d, "the transform of the camera cannot be inverted", "A scale of 0, or points of LookAt that coincide?");
     return;
   }
-  const TransformDouble to_world = inverse(now.transform);
+  const PbrtTransforms to_world{inverse(now.transforms.start), inverse(now.transforms.end)};
   coordinate_systems["camera"] = to_world;
-  Camera camera = make_camera(d.strings[0], d.parameters, to_world.relative_to(context.origin.origin()));
-  if (context.scene.cameras.empty()) context.scene.ambient_medium = now.outside_medium;
+  const TransformDouble shown = transform_between(to_world, first_time, last_time, context.seconds, d.place);
+  Camera camera = make_camera(d.strings[0], d.parameters, shown.relative_to(context.origin.origin()));
+  if (context.scene.cameras.empty()) {
+    context.scene.ambient_medium = now.outside_medium;
+    camera_to_world = to_world;
+    camera_first_time = first_time;
+    camera_last_time = last_time;
+    shutter = shutter_of(d.parameters);
+    if (to_world.moves()) moving_camera = d.place;
+  }
   if (!context.scene.cameras.empty()) camera.name += fmt::format("{}", context.scene.cameras.size() + 1);
   // Pictures of pbrt-v3 do not depend on the shutter.
   exposure_seconds = context.v3 ? 1.0f : exposure_time(d.parameters);
@@ -293,14 +348,14 @@ void PbrtBuilder::State::world_begin(PbrtDirective& d) {
   if (has_world_content) {
     error(d, "WorldBegin comes after shapes or lights", "Move them after it: only the camera comes before.");
   }
-  now.transform = TransformDouble();
-  now.start_active = true;
-  coordinate_systems["world"] = now.transform;
+  now.transforms = PbrtTransforms();
+  now.start_active = now.end_active = true;
+  coordinate_systems["world"] = now.transforms;
 }
 
 void PbrtBuilder::State::make_named_medium(PbrtDirective& d) {
   add_defaults("medium", d);
-  media.define(d.strings[0], d.parameters, now.transform);
+  media.define(d.strings[0], d.parameters, transform_at(d));
   d.parameters.note_unused(fmt::format("medium {}", in_quotes(d.strings[0])));
 }
 
@@ -346,8 +401,8 @@ void PbrtBuilder::State::named_material(PbrtDirective& d) {
 void PbrtBuilder::State::light_source(PbrtDirective& d) {
   has_world_content = true;
   add_defaults("light", d);
-  if (is_invertible(now.transform)) {
-    add_light(context, d.strings[0], d.parameters, now.transform);
+  if (const TransformDouble to_world = transform_at(d); is_invertible(to_world)) {
+    add_light(context, d.strings[0], d.parameters, to_world);
   } else {
     error(d, "the transform of the light cannot be inverted", "A scale of 0?");
   }
@@ -362,7 +417,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   has_world_content = true;
   add_defaults("shape", d);
   PbrtShape shape;
-  shape.to_outer = now.transform;
+  shape.to_outer = transform_at(d);
   shape.reverse = now.reverse;
   shape.place = d.place;
   shape.kind = d.strings[0];
@@ -424,9 +479,42 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
     error(d, fmt::format("no object {}", in_quotes(d.strings[0])), "Define it first by ObjectBegin.");
     return;
   }
+  const TransformDouble to_world = transform_at(d);
   for (const PbrtShape& shape : found->second) {
     if (diagnostics().full()) return;
-    place(shape, now.transform);
+    place(shape, to_world);
+  }
+}
+
+/// Tells the motion what moves, and adds the cameras of its moments.
+void PbrtBuilder::State::add_motion() {
+  const std::optional<PbrtPlace>& first = moving_camera ? moving_camera : moving;
+  SceneMotion* const motion = context.motion;
+  context.moves = first.has_value();
+  if (!first) return;
+  if (motion) {
+    if (!motion->shutter && shutter.close > shutter.open) motion->shutter = shutter;
+    motion->length = std::max(moving ? moving_until : 0, moving_camera ? camera_last_time : 0);
+    const double frames = std::ceil(motion->length * motion->frames_per_second) + 1;
+    constexpr double kMostFrames = 100'000;
+    if (!motion->is_still)
+      motion->frames = std::max(motion->frames, static_cast<std::uint32_t>(std::clamp(frames, 1.0, kMostFrames)));
+    const auto phase = [&](FrameMoment m) { return std::clamp(motion->seconds(m), moving_from, moving_until); };
+    const std::vector<FrameMoment> moments = motion->moments();
+    motion->anything_else_moves = moving && std::any_of(moments.begin(), moments.end(), [&](FrameMoment m) {
+                                    return phase(m) != phase(moments.front());
+                                  });
+  }
+  if (context.seconds == 0 && (!motion || (motion->is_still && motion->slice_count() == 0)))
+    diagnostics().note(*first, "motion: the first moment is shown; --at shows another, --shutter its blur");
+  if (!motion || !moving_camera || context.scene.cameras.empty()) return;
+  for (const FrameMoment moment : motion->moments()) {
+    Camera camera = context.scene.cameras.front();
+    const TransformDouble to_world = transform_between(camera_to_world, camera_first_time, camera_last_time,
+                                                       motion->seconds(moment), *moving_camera);
+    place_camera(camera, to_world.relative_to(context.origin.origin()));
+    camera.name = moment.camera();
+    context.scene.cameras.push_back(std::move(camera));
   }
 }
 
@@ -454,6 +542,7 @@ void PbrtBuilder::finish() {
     film = make_film(state.film->strings[0], state.film->parameters, state.exposure_seconds);
     film.samples = samples;
   }
+  state.add_motion();
   state.media.finish();
   state.materials.finish();
 }

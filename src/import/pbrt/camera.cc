@@ -73,8 +73,20 @@ void set_frame_aspect(Camera& camera, const PbrtParameters& parameters) {
   camera.window[3] = high;
 }
 
+void place_camera(Camera& camera, const Transform& to_world) {
+  camera.to_world = to_world;
+  // The middle of a panorama looks along -x, and +z is to the left.
+  if (camera.kind == CameraKind::panorama)
+    camera.to_world = {-to_world.z, to_world.y, -to_world.x, to_world.translation};
+}
+
+Shutter shutter_of(const PbrtParameters& parameters) {
+  return {parameters.real("shutteropen", 0), parameters.real("shutterclose", 1)};
+}
+
 float exposure_time(const PbrtParameters& parameters) {
-  const float time = parameters.real("shutterclose", 1) - parameters.real("shutteropen", 0);
+  const Shutter shutter = shutter_of(parameters);
+  const auto time = static_cast<float>(shutter.close - shutter.open);
   return time > 0 ? time : 1;
 }
 
@@ -88,10 +100,9 @@ Camera make_camera(const std::string& kind, const PbrtParameters& parameters, co
   } else if (kind == "perspective") {
     camera.half_extent = std::tan(field_of_view(parameters) * kPi / 360);
   } else if (kind == "spherical" && parameters.string("mapping", "equalarea") == "equirectangular") {
-    // The middle of its picture looks along -x, and +z is to the left.
     camera.kind = CameraKind::panorama;
     camera.half_extent = kPi / 2;
-    camera.to_world = {-to_world.z, to_world.y, -to_world.x, to_world.translation};
+    place_camera(camera, to_world);
   } else if (kind == "realistic" || kind == "spherical" || kind == "environment") {
     parameters.use_all();
     parameters.note(fmt::format("not supported, replaced by a perspective one: camera {}", in_quotes(kind)));

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/shutter.h"
 #include "core/transform.h"
 #include "import/pbrt/context.h"
 
@@ -11,10 +12,15 @@ namespace glowworm {
 /// Makes the camera of a Camera directive. @param to_world inverse of the current transform
 Camera make_camera(const std::string& kind, const PbrtParameters& parameters, const Transform& to_world);
 
+/// Moves a camera that make_camera() made. @param to_world inverse of the transform at its directive
+void place_camera(Camera& camera, const Transform& to_world);
+
 /// Sets the camera's screen window from "frameaspectratio", if given.
 void set_frame_aspect(Camera& camera, const PbrtParameters& parameters);
 
-/// Exposure time in seconds, 1 if not given.
+/// When the shutter opens and closes, s; 0 and 1 if not given.
+Shutter shutter_of(const PbrtParameters& camera_parameters);
+/// Exposure time in seconds, 1 if it is not positive.
 float exposure_time(const PbrtParameters& camera_parameters);
 
 /// Reads the supported settings of a directive Sampler, Integrator or PixelFilter, and notes the others.

@@ -11,6 +11,7 @@
 #include "core/memory_budget.h"
 #include "core/rgb.h"
 #include "image/texture_file.h"
+#include "import/import.h"
 #include "import/pbrt/diagnostics.h"
 #include "import/pbrt/file.h"
 #include "import/pbrt/parameters.h"
@@ -42,7 +43,10 @@ struct PbrtContext {
   SceneDescription scene;
   PbrtDiagnostics diagnostics;
   std::string main_file;
-  bool v3 = false;  ///< the file is for pbrt-v3
+  bool v3 = false;                ///< the file is for pbrt-v3
+  double seconds = 0;             ///< the moment that is shown
+  bool moves = false;             ///< whether anything moves; known at the end
+  SceneMotion* motion = nullptr;  ///< gets the cameras of more moments; null: none
   PbrtColorSpace color_space = PbrtColorSpace::srgb;
   /// Limits the memory of files, meshes, and triangles with all instances expanded: even a small file can ask for any
   /// number.

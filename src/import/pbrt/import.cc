@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "import/pbrt/builder.h"
 #include "import/pbrt/file.h"
@@ -15,6 +16,10 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
   PbrtContext context(origin);
   context.budget = options.budget;
   context.main_file = path;
+  context.seconds = options.moment.seconds;
+  context.motion = options.motion.get();
+  if (!options.moment.animation.empty())
+    throw Error({path}, "animations of pbrt files have no names", "Leave out --animation; --at gives the moment.");
   context.scene.name = std::filesystem::path(path).stem().string();
   Reservation held(*options.budget, "scene files", 0);
   const std::string text = read_pbrt_file(path, held);
@@ -37,6 +42,8 @@ SceneDescription load_pbrt(const std::string& path, const ImportOptions& options
   });
   builder.finish();
   context.diagnostics.throw_if_errors();
+  if (!context.moves && (context.seconds > 0 || (context.motion && !context.motion->is_still)))
+    throw Error({path}, "nothing moves in the file", "Leave out --at, and --frames without --script or --turntable.");
   for (std::string& note : context.diagnostics.notes()) context.scene.notes.push_back(std::move(note));
   texture_notes.write_to(context.scene.notes);
   return std::move(context.scene);
