@@ -134,5 +134,71 @@ TEST_F(GltfAnimationTest, RefusesWhatIsNotThere) {
   EXPECT_THAT(message([&] { load_scene("builtin:cornell", options); }), HasSubstr("no animation"));
 }
 
+/// A triangle of one material, and a point light, which an animation moves by pointers between 0 and 2 s.
+class GltfPointerTest : public GltfTest {
+ protected:
+  GltfPointerTest() {
+    file_.add_shown_triangle({{"emissiveFactor", {1, 0, 0}}});
+    file_.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    file_.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_animation_pointer"};
+    file_.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}}};
+    file_.add("animations", {{"samplers", json::array()}, {"channels", json::array()}});
+  }
+  void move(const std::string& pointer, const std::vector<float>& values, const char* type) {
+    json& animation = file_.json["animations"][0];
+    const int times = file_.add_accessor<float>({0, 2}, 5126, "SCALAR", 2);
+    animation["samplers"].push_back({{"input", times}, {"output", file_.add_accessor(values, 5126, type, 2)}});
+    animation["channels"].push_back(
+        {{"sampler", animation["samplers"].size() - 1},
+         {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}}}});
+  }
+  SceneDescription at(double seconds) const {
+    ImportOptions options;
+    options.moment.seconds = seconds;
+    return load_scene(write_gltf(file_), options);
+  }
+  GltfFile file_;
+};
+
+TEST_F(GltfPointerTest, EmissionAndLightsChange) {
+  move("/materials/0/emissiveFactor", {0, 1, 0, 0, 0, 1}, "VEC3");
+  move("/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength", {2, 6}, "SCALAR");
+  move("/extensions/KHR_lights_punctual/lights/0/intensity", {0, 1366}, "SCALAR");
+  move("/extensions/KHR_lights_punctual/lights/0/color", {1, 1, 1, 1, 0, 1}, "VEC3");
+  const SceneDescription half = at(1), end = at(5);
+  ASSERT_EQ(half.emissions.size(), 1u);
+  const RGB glow = half.emissions[0].radiance.value;
+  EXPECT_FLOAT_EQ(glow.g, 2);
+  EXPECT_FLOAT_EQ(glow.b, 2);
+  EXPECT_FLOAT_EQ(glow.r, 0);
+  EXPECT_FLOAT_EQ(end.emissions[0].radiance.value.b, 6);
+  ASSERT_EQ(half.lights.size(), 1u);
+  EXPECT_FLOAT_EQ(half.lights[0].intensity.g / half.lights[0].intensity.r, 0.5f);
+  EXPECT_FLOAT_EQ(end.lights[0].intensity.r / half.lights[0].intensity.r, 2);
+  const auto motion = std::make_shared<SceneMotion>();
+  ImportOptions options;
+  options.motion = motion;
+  load_scene(write_gltf(file_), options);
+  EXPECT_TRUE(motion->anything_else_moves);
+}
+
+TEST_F(GltfPointerTest, MaterialsAndNodesChange) {
+  move("/materials/0/pbrMetallicRoughness/baseColorFactor", {0, 0, 0, 1, 1, 1, 1, 1}, "VEC4");
+  move("/nodes/0/translation", {0, 0, 0, 8, 0, 0}, "VEC3");
+  const SceneDescription d = at(0.5);
+  EXPECT_FLOAT_EQ(d.geometry.positions[d.geometry.triangles[0][0]].x, 2);
+  EXPECT_FLOAT_EQ(d.materials[0].reflectance.value.r, 0.25f);
+}
+
+TEST_F(GltfPointerTest, WhatDoesNotExistIsLeftOut) {
+  // Indices are no quantities.
+  for (const char* pointer :
+       {"/materials/7/emissiveFactor", "/nodes/0/mesh", "/lights/0/intensity", "/accessors/0/count", ""})
+    move(pointer, {0, 9}, "SCALAR");
+  EXPECT_FLOAT_EQ(at(1).emissions[0].radiance.value.r, 1);
+  move("materials", {0, 1}, "SCALAR");
+  EXPECT_THAT(refusal(file_), HasSubstr("'materials', which is no JSON pointer"));
+}
+
 }  // namespace
 }  // namespace glowworm

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "core/error.h"
 #include "import/gltf/accessor.h"
@@ -90,6 +92,124 @@ double animation_seconds(const GltfDocument& document, const std::string& name) 
   return seconds;
 }
 
+namespace {
+
+/// The keys of a channel, and how many numbers each has.
+struct Keys {
+  std::vector<float> times, values;
+  std::size_t width = 0;
+  GltfInterpolation interpolation = GltfInterpolation::linear;
+};
+
+/// @param components of the output accessor @param width of a value; 0: as many as there are for each key
+/// @param what for messages
+Keys read_keys(const GltfDocument& document, const tinygltf::AnimationSampler& sampler, int components,
+               std::size_t width, const std::string& what) {
+  Keys keys{read_floats(document, sampler.input, 1), read_floats(document, sampler.output, components), width,
+            interpolation_of(sampler.interpolation)};
+  const std::size_t each = keys.interpolation == GltfInterpolation::cubic ? 3 : 1;
+  if (width == 0) keys.width = keys.values.size() / std::max<std::size_t>(keys.times.size(), 1) / each;
+  if (keys.times.empty() || keys.width == 0 || keys.times.size() * each * keys.width > keys.values.size() ||
+      !std::is_sorted(keys.times.begin(), keys.times.end()))
+    throw Error({document.path}, fmt::format("an animation of {} has too few numbers, or times that go back", what),
+                "The file is damaged or invalid: export it again.");
+  return keys;
+}
+
+std::vector<float> value_of(const Keys& keys, bool rotation, double seconds) {
+  return gltf_value_at(keys.times, keys.values, keys.width, keys.interpolation, rotation, seconds);
+}
+
+/// The properties that an animation moves.
+std::vector<const GltfPointer*> pointers_of(const GltfDocument& document, const tinygltf::Animation* animation) {
+  std::vector<const GltfPointer*> out;
+  for (const GltfPointer& pointer : document.pointers)
+    if (animation == &document.model->animations[pointer.animation]) out.push_back(&pointer);
+  return out;
+}
+
+/// Whether a member of this name is a number or a vector, and no index.
+bool is_quantity(const std::string& name) {
+  static constexpr std::string_view kNames[] = {"color",
+                                                "intensity",
+                                                "range",
+                                                "innerConeAngle",
+                                                "outerConeAngle",
+                                                "emissiveStrength",
+                                                "alphaCutoff",
+                                                "yfov",
+                                                "aspectRatio",
+                                                "xmag",
+                                                "ymag",
+                                                "translation",
+                                                "rotation",
+                                                "scale",
+                                                "weights",
+                                                "visible",
+                                                "ior",
+                                                "dispersion",
+                                                "attenuationDistance",
+                                                "attenuationColor",
+                                                "anisotropyStrength",
+                                                "anisotropyRotation",
+                                                "iridescenceIor",
+                                                "iridescenceThicknessMinimum",
+                                                "iridescenceThicknessMaximum",
+                                                "offset",
+                                                "strength"};
+  return name.ends_with("Factor") || std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
+}
+
+/// The member that a pointer names, made if the file leaves it to its default; null if its object does not exist.
+nlohmann::json* find_property(nlohmann::json& root, nlohmann::json::json_pointer pointer) {
+  std::vector<std::string> missing;
+  for (; !root.contains(pointer) && !pointer.empty(); pointer.pop_back()) missing.push_back(pointer.back());
+  nlohmann::json* at = &root[pointer];
+  // Members may be missing, but no elements of lists.
+  if (!missing.empty() && !at->is_object()) return nullptr;
+  for (const std::string& name : missing)
+    if (name.find_first_not_of("0123456789") == name.npos) return nullptr;
+  for (auto name = missing.rbegin(); name != missing.rend(); ++name) at = &(*at)[*name];
+  return at;
+}
+
+}  // namespace
+
+bool moves_properties(const GltfDocument& document, const std::string& name) {
+  return !pointers_of(document, find_animation(document, name, 0)).empty();
+}
+
+bool animate_properties(const GltfDocument& document, const std::string& name, double seconds, nlohmann::json& root) {
+  if (document.pointers.empty()) return false;
+  const tinygltf::Animation* const animation = find_animation(document, name, seconds);
+  for (const GltfPointer* pointer : pointers_of(document, animation)) {
+    const tinygltf::AnimationSampler& sampler = animation->samplers.at(pointer->sampler);
+    const auto accessor = static_cast<std::size_t>(sampler.output);
+    const int type = document.model->accessors[accessor].type;
+    const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+    try {
+      const nlohmann::json::json_pointer path(pointer->property);
+      if (path.empty() || !is_quantity(path.back())) continue;
+      const bool weights = path.back() == "weights", rotation = path.back() == "rotation" && components == 4;
+      const Keys keys = read_keys(document, sampler, components, weights ? 0 : static_cast<std::size_t>(components),
+                                  fmt::format("'{}'", pointer->property));
+      const std::vector<float> value = value_of(keys, rotation, seconds);
+      nlohmann::json* const property = find_property(root, path);
+      if (!property) continue;
+      if (path.back() == "visible")
+        *property = value[0] != 0;
+      else if (components == 1 && !weights)
+        *property = value[0];
+      else
+        *property = value;
+    } catch (const nlohmann::json::exception&) {
+      throw Error({document.path}, fmt::format("an animation moves '{}', which is no JSON pointer", pointer->property),
+                  "The file is damaged or invalid: export it again.");
+    }
+  }
+  return true;
+}
+
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& out) {
   const tinygltf::Animation* const animation = find_animation(document, name, seconds);
   if (!animation) return;
@@ -100,19 +220,10 @@ void animate(const GltfDocument& document, const std::string& name, double secon
     const std::string& path = channel.target_path;
     const bool is_weights = path == "weights", is_rotation = path == "rotation";
     if (!is_weights && !is_rotation && path != "translation" && path != "scale") continue;
-    const std::vector<float> times = read_floats(document, sampler.input, 1);
-    const std::vector<float> values = read_floats(document, sampler.output, is_weights ? 1 : is_rotation ? 4 : 3);
-    const GltfInterpolation interpolation = interpolation_of(sampler.interpolation);
-    const std::size_t each = interpolation == GltfInterpolation::cubic ? 3 : 1;
-    const std::size_t width = is_rotation   ? 4
-                              : !is_weights ? 3
-                                            : values.size() / std::max<std::size_t>(times.size(), 1) / each;
-    if (times.empty() || width == 0 || times.size() * each * width > values.size() ||
-        !std::is_sorted(times.begin(), times.end()))
-      throw Error({document.path},
-                  fmt::format("an animation of node {} has too few numbers, or times that go back", node),
-                  "The file is damaged or invalid: export it again.");
-    const std::vector<float> value = gltf_value_at(times, values, width, interpolation, is_rotation, seconds);
+    const int components = is_weights ? 1 : is_rotation ? 4 : 3;
+    const Keys keys = read_keys(document, sampler, components, is_weights ? 0 : static_cast<std::size_t>(components),
+                                fmt::format("node {}", node));
+    const std::vector<float> value = value_of(keys, is_rotation, seconds);
     if (is_weights)
       out.weights[node] = value;
     else

@@ -1,5 +1,6 @@
 // Animations of glTF files: values of their channels at a moment.
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,5 +36,12 @@ double animation_seconds(const GltfDocument& document, const std::string& name);
 /// @param name of the animation, or its number from 0; empty: the first, if there is one
 /// Throws Error, which lists the animations, for an unknown name, and if an animation has too few numbers.
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& values);
+
+/// The same for properties of materials, lights, cameras and nodes (KHR_animation_pointer), in the file's JSON. Others
+/// stay as they are. Returns whether there are any.
+bool animate_properties(const GltfDocument& document, const std::string& name, double seconds, nlohmann::json& root);
+
+/// Whether an animation, named as for animate(), moves such properties.
+bool moves_properties(const GltfDocument& document, const std::string& name);
 
 }  // namespace glowworm

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "import/gltf/animation.h"
 #include "import/gltf/check.h"
 #include "import/gltf/compression.h"
 
@@ -172,6 +173,18 @@ void take_images(json& root, GltfDocument& document) {
   root.erase("images");
 }
 
+void take_pointers(const json& root, GltfDocument& document) {
+  static const json::json_pointer kProperty("/target/extensions/KHR_animation_pointer/pointer");
+  const auto animations = root.find("animations");
+  for (std::size_t i = 0; animations != root.end() && i < animations->size(); ++i) {
+    const auto channels = (*animations)[i].find("channels");
+    if (channels == (*animations)[i].end()) continue;
+    for (const json& channel : *channels)
+      if (channel.contains(kProperty) && channel[kProperty].is_string())
+        document.pointers.push_back({i, channel["sampler"].get<std::size_t>(), channel[kProperty].get<std::string>()});
+  }
+}
+
 /// Removes the index accessors of Draco primitives: they have no bytes, and tinygltf would reject them.
 void drop_draco_indices(json& root) {
   if (!root.contains("meshes")) return;
@@ -232,9 +245,12 @@ GltfDocument read_gltf_document(std::span<const std::uint8_t> file, const std::s
     root.erase("buffers");
   }
   take_images(root, document);
+  take_pointers(root, document);
   drop_draco_indices(root);
   document.model = map_json(root, path);
   decode_meshopt_views(document);
+  if (animate_properties(document, options.moment.animation, options.moment.seconds, root))
+    document.model = map_json(root, path);
   return document;
 }
 
@@ -242,6 +258,7 @@ bool is_supported_extension(std::string_view name) {
   static constexpr std::string_view kSupported[] = {"EXT_mesh_gpu_instancing",
                                                     "EXT_meshopt_compression",
                                                     "EXT_texture_webp",
+                                                    "KHR_animation_pointer",
                                                     "KHR_draco_mesh_compression",
                                                     "KHR_lights_punctual",
                                                     "KHR_materials_anisotropy",

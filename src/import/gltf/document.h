@@ -23,6 +23,12 @@ struct GltfImage {
   int buffer_view = -1;  ///< -1: none
 };
 
+/// A property that an animation moves (KHR_animation_pointer), which tinygltf does not read.
+struct GltfPointer {
+  std::size_t animation = 0, sampler = 0;
+  std::string property;  ///< JSON pointer
+};
+
 /// A glTF file. The buffers are read and checked here. tinygltf only converts JSON to structures: it opens no files and
 /// follows no indices.
 struct GltfDocument {
@@ -33,6 +39,7 @@ struct GltfDocument {
   std::vector<std::vector<std::uint8_t>>
       decoded_views;  ///< decompressed buffer views by index; empty if a view is not compressed
   std::vector<GltfImage> images;
+  std::vector<GltfPointer> pointers;
   GltfLightUnits light_units;
   std::shared_ptr<MemoryBudget> budget;
   std::unique_ptr<Reservation> held;  ///< memory of the model and the buffers

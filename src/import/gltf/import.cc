@@ -166,6 +166,7 @@ class GltfBuilder {
       camera = &node;
       camera_index = placed.index;
     }
+    motion_->anything_else_moves = moves_properties(document_, moment_.animation);
     const double frames = std::ceil(motion_->length * motion_->frames_per_second) + 1;
     if (!motion_->is_still)
       motion_->frames = std::max(motion_->frames, static_cast<std::uint32_t>(std::min(frames, double{kMostFrames})));
