@@ -46,8 +46,8 @@ void add_session_options(CLI::App& c, ViewOptions& o) {
 
 constexpr const char* kViewFooter = R"(
 In the window: drag to orbit, with Shift or the middle button to pan, with the right button
-to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, F1 for help,
-F12 for a screenshot; a scene file dropped on it is opened.
+to look around, wheel to move nearer, W A S D Q E to fly, double-click to focus, space to play
+the scene's animation, F1 for help, F12 for a screenshot; a scene file dropped on it is opened.
 
 Examples:
   glowworm view builtin:atrium
@@ -57,10 +57,30 @@ Examples:
 }  // namespace
 
 std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::string& path, std::uint64_t memory_bytes,
-                                             OutputFiles* files) {
+                                             SceneMoments& moments, OutputFiles* files) {
   SceneChanges changes = o.changes.changes;
-  if (path != o.scene) changes.look_at.reset();
-  return open_scene(path, {loading_budget(memory_bytes)}, changes, files);
+  if (path != o.scene) {
+    changes.look_at.reset();
+    changes.moment = {};
+  }
+  ImportOptions options;
+  options.budget = loading_budget(memory_bytes);
+  if (has_moments(path)) {
+    options.motion = std::make_shared<SceneMotion>();
+    options.motion->is_still = true;
+    options.motion->frames = 1;
+    options.motion->shutter = Shutter();
+  }
+  const std::shared_ptr<const Scene> scene = open_scene(path, options, changes, files);
+  moments = {};
+  if (!options.motion || !(options.motion->length > 0)) return scene;
+  moments = {[path, changes, memory_bytes](double seconds) {
+               SceneChanges other = changes;
+               other.moment.seconds = seconds;
+               return open_scene(path, {loading_budget(memory_bytes)}, other);
+             },
+             changes.moment.seconds, options.motion->length};
+  return scene;
 }
 
 std::vector<std::string> scene_options(const ViewOptions& o, const std::string& path) {

@@ -61,10 +61,13 @@ struct Stage {
   std::unique_ptr<Session> session;
   ViewState state;
 
-  Stage(const ViewOptions& o, const Script& script, const std::string& scene, OutputFiles& files)
-      : session(std::make_unique<Session>(open_view_scene(o, scene, session_settings(o, false).memory_bytes, &files),
-                                          session_settings(o, false))),
-        state(first_state(o, script, session->scene(), session->initial_state())) {}
+  Stage(const ViewOptions& o, const Script& script, const std::string& scene, OutputFiles& files) {
+    const SessionSettings settings = session_settings(o, false);
+    SceneMoments moments;
+    const std::shared_ptr<const Scene> opened = open_view_scene(o, scene, settings.memory_bytes, moments, &files);
+    session = std::make_unique<Session>(opened, settings, moments);
+    state = first_state(o, script, *opened, session->initial_state());
+  }
 };
 
 /// Replaces the scene. An interrupt leaves the stage unchanged.

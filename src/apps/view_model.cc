@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -37,7 +38,7 @@ FrameTimes times_of(const FrameCost& cost) {
 /// Whether two states give the same frame.
 bool same_state(const ViewState& a, const ViewState& b) {
   return same_view(a.camera, b.camera) && a.lights == b.lights && same_picture(a, b) && a.filter == b.filter &&
-         a.reuse == b.reuse;
+         a.reuse == b.reuse && a.seconds == b.seconds;
 }
 
 }  // namespace
@@ -47,8 +48,8 @@ ViewModel::ViewModel(const ViewOptions& o, const Script& s, std::function<void()
       script(s),
       worker(
           session_settings(o, true),
-          [&o, bytes = session_settings(o, true).memory_bytes](const std::string& path) {
-            return open_view_scene(o, path, bytes);
+          [&o, bytes = session_settings(o, true).memory_bytes](const std::string& path, SceneMoments& moments) {
+            return open_view_scene(o, path, bytes, moments);
           },
           std::move(wake)),
       tone(o.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic),
@@ -81,6 +82,12 @@ void ViewModel::post(bool interacting) {
   failed = false;
 }
 
+bool ViewModel::advance(double seconds) {
+  if (!scene || !(scene->length > 0) || !plays) return false;
+  state.seconds = std::fmod(state.seconds + seconds, scene->length);
+  return true;
+}
+
 bool ViewModel::take() {
   bool anything = false;
   if (auto error = worker.take_error()) {
@@ -100,7 +107,9 @@ bool ViewModel::take() {
       state.camera = scene->state.camera;
       state.pivot_distance = scene->state.pivot_distance;
       state.lights = scene->state.lights;
+      state.seconds = scene->state.seconds;
     }
+    plays = false;
     light = -1;
     saved_cameras.clear();
     if (!first) expose = expose || !options.exposure;

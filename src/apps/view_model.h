@@ -45,6 +45,7 @@ struct ViewModel {
   double longest_latency = 0;    ///< seconds, of frames while the view moves
   bool picture_changed = false;  ///< tone curve or exposure changed
 
+  bool plays = false;       ///< the animation runs
   bool help = false;        ///< the panel shows help on mouse and keys
   bool screenshot = false;  ///< write the window to screenshot.png
   int panel_width = 340;    ///< width of the panel, pixels
@@ -54,6 +55,8 @@ struct ViewModel {
   /// Makes shows_newest() false until a frame of the next posted state arrives.
   void expect_frame() { expected_ = true; }
   bool shows_newest() const { return !expected_; }
+  /// Moves the animation on by so many seconds if it plays; from its end on it starts again. Returns whether it plays.
+  bool advance(double seconds);
   /// Takes results from the worker. Returns true if there is something new to draw.
   bool take();
   void open(const std::string& path);

@@ -27,8 +27,10 @@ struct ViewOptions {
 
 /// Opens a scene with the scene options. --look-at does not apply to scenes dropped later.
 /// @param memory_bytes memory that loading may take
+/// @param moments gets those of the scene
 std::shared_ptr<const Scene> open_view_scene(const ViewOptions& options, const std::string& path,
-                                             std::uint64_t memory_bytes, OutputFiles* files = nullptr);
+                                             std::uint64_t memory_bytes, SceneMoments& moments,
+                                             OutputFiles* files = nullptr);
 
 /// The scene options that open_view_scene() opens a scene with, in a form to repeat on another command line.
 std::vector<std::string> scene_options(const ViewOptions& options, const std::string& path);

@@ -178,11 +178,26 @@ void draw_curves(const ViewModel& model) {
 void draw_files(ViewModel& model) {
   ImGui::InputText("file", &model.save_path);
   if (ImGui::Button("save image (.exr .png)")) model.save(model.save_path);
-  if (ImGui::Button("copy render command"))
-    ImGui::SetClipboardText(render_command_text(model.scene->path, *model.scene->scene, model.scene->lights,
-                                                model.state, scene_options(model.options, model.scene->path))
-                                .c_str());
+  if (ImGui::Button("copy render command")) {
+    std::vector<std::string> options = scene_options(model.options, model.scene->path);
+    if (model.scene->length > 0) options.insert(options.end(), {"--at", fmt::format("{:.4g}", model.state.seconds)});
+    ImGui::SetClipboardText(
+        render_command_text(model.scene->path, *model.scene->scene, model.scene->lights, model.state, options).c_str());
+  }
   hint("Copy the glowworm render command of this view to the clipboard");
+}
+
+/// The animation's time. Returns whether it is being moved.
+bool draw_timeline(ViewModel& model) {
+  ImGui::Checkbox("play", &model.plays);
+  hint("Space bar");
+  ImGui::SameLine();
+  auto seconds = static_cast<float>(model.state.seconds);
+  if (ImGui::SliderFloat("time", &seconds, 0, static_cast<float>(model.scene->length), "%.2f s")) {
+    model.state.seconds = double{seconds};
+    model.plays = false;
+  }
+  return ImGui::IsItemActive();
 }
 
 /// The colour scale of false-colour frames from left to right, with its numbers; logarithmic.
@@ -213,6 +228,7 @@ void draw_help() {
                                            "wheel: nearer, farther",
                                            "W A S D Q E: fly, Shift faster",
                                            "double-click: orbit around this place",
+                                           "space: play the animation",
                                            "F1 or H: this help",
                                            "F12: screenshot"};
   for (const char* line : kLines) ImGui::BulletText("%s", line);
@@ -249,8 +265,9 @@ bool draw_panel(ViewModel& model, float window_width, float window_height) {
   model.help = ImGui::CollapsingHeader("help (F1)");
   if (model.help) draw_help();
   if (model.scene) {
+    if (model.scene->length > 0) busy = draw_timeline(model);
     if (ImGui::CollapsingHeader("picture", ImGuiTreeNodeFlags_DefaultOpen)) draw_picture(model);
-    if (ImGui::CollapsingHeader("lights", ImGuiTreeNodeFlags_DefaultOpen)) busy = draw_lights(model);
+    if (ImGui::CollapsingHeader("lights", ImGuiTreeNodeFlags_DefaultOpen)) busy = draw_lights(model) || busy;
     if (ImGui::CollapsingHeader("cameras")) draw_cameras(model);
     if (ImGui::CollapsingHeader("file")) draw_files(model);
     if (ImGui::CollapsingHeader("frame times")) draw_curves(model);

@@ -127,6 +127,7 @@ void Window::create(int width, int height) {
     const bool help = key == GLFW_KEY_F1 || (key == GLFW_KEY_H && !ImGui::GetIO().WantTextInput);
     model.help = model.help != help;
     model.screenshot = model.screenshot || key == GLFW_KEY_F12;
+    model.plays = model.plays != (key == GLFW_KEY_SPACE && !ImGui::GetIO().WantTextInput);
   });
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;  // write no settings file
@@ -217,6 +218,7 @@ void Window::draw() {
   busy_ = input_.handle(model_, area_);
   input_.draw_gizmo(model_, area_);
   busy_ = draw_panel(model_, static_cast<float>(width), static_cast<float>(height)) || busy_;
+  busy_ = model_.advance(double{ImGui::GetIO().DeltaTime}) || busy_;
   if (std::exchange(model_.screenshot, false)) shot_ = "screenshot.png";
   ImGui::Render();
   int pixels_x = 0, pixels_y = 0;

@@ -134,10 +134,10 @@ std::string read_screenshot(const Entry& entry, const std::string& name) {
 }
 
 ScriptMove read_move(const json& object, const std::string& place) {
-  const Entry entry(object, place, {"at",     "from",       "to",      "orbit",  "look",   "fly",
-                                    "focus",  "camera",     "mode",    "part",   "engine", "kernel",
-                                    "gather", "nearest",    "photons", "filter", "reuse",  "secondary_gather",
-                                    "light",  "screenshot", "drop",    "resize", "window"});
+  const Entry entry(object, place, {"at",     "from",    "to",         "orbit",  "look",   "fly",
+                                    "focus",  "camera",  "mode",       "part",   "engine", "kernel",
+                                    "gather", "nearest", "photons",    "filter", "reuse",  "secondary_gather",
+                                    "light",  "seconds", "screenshot", "drop",   "resize", "window"});
   ScriptMove move;
   if (entry.has("at")) {
     move.from = *entry.count("at", 0, kMaxFrames);
@@ -150,6 +150,7 @@ ScriptMove read_move(const json& object, const std::string& place) {
   move.orbit = entry.pair("orbit");
   move.look = entry.pair("look");
   move.fly = entry.triple("fly");
+  move.seconds = entry.number("seconds").value_or(0);
   if (entry.has("focus")) move.focus = entry.pair("focus");
   move.camera = entry.text("camera");
   move.mode = entry.text("mode");

@@ -95,14 +95,16 @@ int scaled(int side, float scale) {
 
 /// Differences from the last state.
 struct Session::Change {
+  bool moment = false;   ///< the scene's moment
   bool lights = false;   ///< the lights
   bool camera = false;   ///< the camera's position
   bool picture = false;  ///< content or size of the picture
-  bool any() const { return lights || camera || picture; }
+  bool any() const { return moment || lights || camera || picture; }
 };
 
-Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings)
+Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings, SceneMoments moments)
     : settings_(settings),
+      moments_(std::move(moments)),
       base_(std::move(scene)),
       rig_(base_),
       scene_(base_),
@@ -119,6 +121,7 @@ Session::~Session() = default;
 ViewState Session::initial_state() const {
   ViewState state;
   state.camera = base_->camera("");
+  state.seconds = moments_.seconds;
   state.lights.resize(rig_.lights().size());
   if (base_->film().width > 0 && base_->film().height > 0) {
     state.width = base_->film().width;
@@ -131,9 +134,20 @@ ViewState Session::initial_state() const {
 Session::Change Session::compare(const ViewState& state) const {
   Change change;
   change.camera = !same_view(state.camera, state_.camera);
+  change.moment = moments_.at && state.seconds != moments_.seconds;
   change.lights = state.lights != state_.lights;
   change.picture = !same_picture(state, state_);
   return change;
+}
+
+void Session::show_moment(const ViewState& state) {
+  base_ = moments_.at(state.seconds);
+  moments_.seconds = state.seconds;
+  rig_ = LightRig(base_);
+  tracer_ = std::make_unique<Tracer>(*base_);
+  movable_ = false;
+  state_.lights.assign(rig_.lights().size(), {});
+  set_lights(state);
 }
 
 void Session::set_lights(const ViewState& state) {
@@ -249,9 +263,12 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
     refined_.forget();
     refined_guide_.reset();
   }
-  if (!first && change.lights) set_lights(state);
+  if (change.moment)
+    show_moment(state);
+  else if (!first && change.lights)
+    set_lights(state);
   if (first && !state.lights.empty()) set_lights(state);
-  if (change.lights || change.picture || first) history_.clear();
+  if (change.moment || change.lights || change.picture || first) history_.clear();
   state_ = state;
   started_ = true;
   const bool moving = change.any() || first || (settings_.adapt && interacting);

@@ -1,6 +1,7 @@
 // An interactive session without a window: states in, frames out.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -28,6 +29,13 @@ struct SessionSettings {
   std::uint64_t memory_bytes = 0;  ///< 0: half of the machine's
 };
 
+/// The moments of a scene that moves.
+struct SceneMoments {
+  std::function<std::shared_ptr<const Scene>(double seconds)> at;  ///< may throw; the lights are those of any moment
+  double seconds = 0;  ///< the moment of the scene that the session begins with
+  double length = 0;   ///< of the animation, s; 0: nothing moves
+};
+
 /// Renders frame after frame of one scene and redoes only what changed from state to state: the photon map survives a
 /// moved camera, radii and indices survive a changed mode, and light edits rebuild only the structure of moved lights.
 /// Frames of a changed view are quick: their maps lack boundary correction and bright patches unless these exist
@@ -37,7 +45,7 @@ struct SessionSettings {
 class Session {
  public:
   /// Builds the acceleration structure, on all threads.
-  Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings);
+  Session(std::shared_ptr<const Scene> scene, const SessionSettings& settings, SceneMoments moments = {});
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -64,6 +72,7 @@ class Session {
  private:
   struct Change;
   Change compare(const ViewState& state) const;
+  void show_moment(const ViewState& state);
   void set_lights(const ViewState& state);
   PhotonMapSettings map_settings(const ViewState& state, std::uint64_t photons, bool moving) const;
   PassSettings pass_settings(const ViewState& state, const FrameEffort& effort, bool moving) const;
@@ -79,6 +88,7 @@ class Session {
   void learn(const ViewFrame& frame);
 
   SessionSettings settings_;
+  SceneMoments moments_;
   std::shared_ptr<const Scene> base_;
   LightRig rig_;
   std::shared_ptr<const Scene> scene_;  // in the light of state_

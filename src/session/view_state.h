@@ -31,6 +31,7 @@ struct ViewState {
   Camera camera;
   float pivot_distance = 1;       ///< from the camera along its axis to the point that it orbits, metres
   std::vector<LightEdit> lights;  ///< one for each of LightRig::lights()
+  double seconds = 0;             ///< moment of the scene's animation
   ViewMode mode = ViewMode::gather;
   LightPart part = LightPart::all;
   std::uint32_t gather = 16;    ///< final gather rays of each camera sample

@@ -12,9 +12,7 @@ namespace glowworm {
 
 using Clock = std::chrono::steady_clock;
 
-SessionWorker::SessionWorker(const SessionSettings& settings,
-                             std::function<std::shared_ptr<const Scene>(const std::string&)> load,
-                             std::function<void()> wake)
+SessionWorker::SessionWorker(const SessionSettings& settings, Load load, std::function<void()> wake)
     : settings_(settings), load_(std::move(load)), wake_(std::move(wake)), thread_([this] { run(); }) {}
 
 SessionWorker::~SessionWorker() {
@@ -116,9 +114,10 @@ void SessionWorker::run() {
 
 void SessionWorker::load_scene(const std::string& path) {
   const CancellationScope scope(loading_interrupt_);
-  const std::shared_ptr<const Scene> scene = load_(path);
-  auto session = std::make_unique<Session>(scene, settings_);
-  LoadedScene loaded{path, scene, session->rig().lights(), session->initial_state()};
+  SceneMoments moments;
+  const std::shared_ptr<const Scene> scene = load_(path, moments);
+  auto session = std::make_unique<Session>(scene, settings_, moments);
+  LoadedScene loaded{path, scene, session->rig().lights(), moments.length, session->initial_state()};
   // Frees the memory of the old scene before the next one is loaded.
   session_.reset();
   return_free_memory();

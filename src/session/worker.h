@@ -18,7 +18,8 @@ struct LoadedScene {
   std::string path;
   std::shared_ptr<const Scene> scene;
   std::vector<RigLight> lights;
-  ViewState state;  ///< Session::initial_state()
+  double length = 0;  ///< of its animation, s; 0: there is none
+  ViewState state;    ///< Session::initial_state()
 };
 
 /// A frame and its state.
@@ -31,10 +32,11 @@ struct WorkerFrame {
 /// Renders the newest posted state, again and again. One other thread may call all functions.
 class SessionWorker {
  public:
-  /// @param load loads a scene by path; called in the worker's thread, may throw
+  /// Loads a scene by path, and sets its moments.
+  using Load = std::function<std::shared_ptr<const Scene>(const std::string& path, SceneMoments& moments)>;
+  /// @param load called in the worker's thread, may throw
   /// @param wake called in the worker's thread when a result is ready
-  SessionWorker(const SessionSettings& settings, std::function<std::shared_ptr<const Scene>(const std::string&)> load,
-                std::function<void()> wake);
+  SessionWorker(const SessionSettings& settings, Load load, std::function<void()> wake);
   ~SessionWorker();  ///< interrupts and waits
   SessionWorker(const SessionWorker&) = delete;
   SessionWorker& operator=(const SessionWorker&) = delete;
@@ -59,7 +61,7 @@ class SessionWorker {
   bool has_work() const;
 
   const SessionSettings settings_;
-  const std::function<std::shared_ptr<const Scene>(const std::string&)> load_;
+  const Load load_;
   const std::function<void()> wake_;
   std::unique_ptr<Session> session_;  // the thread's own
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -169,6 +169,29 @@ TEST_F(SessionTest, ShowsAMovedLightAsInASceneBuiltThatWay) {
   EXPECT_LT(relative_difference(edited, wanted), 0.02);
 }
 
+TEST_F(SessionTest, ShowsAnotherMomentAsASceneOfItsOwn) {
+  SceneMoments moments;
+  moments.length = 2;
+  moments.at = [](double seconds) {
+    SceneDescription scene = builtin_scene("cornell");
+    for (Vec3& p : scene.geometry.positions) p.y += static_cast<float>(seconds);
+    return std::make_shared<const Scene>(std::move(scene));
+  };
+  Session moving(moments.at(0), SessionSettings(), moments), own(moments.at(0.5), SessionSettings());
+  ViewState state = small_state(moving);
+  state.reuse = false;
+  moving.next_frame(state, 0);
+  state.seconds = 0.5;
+  const ViewFrame shown = moving.next_frame(state, 1);
+  EXPECT_TRUE(shown.moving);
+  EXPECT_GT(shown.cost.count(Counter::photons_emitted), 0u);
+  EXPECT_EQ(relative_difference(shown, own.next_frame(state, 0)), 0);
+  // It rests there, and lights of the moment may be edited.
+  EXPECT_FALSE(moving.next_frame(state, 2).moving);
+  state.lights[0].scale = 2;
+  EXPECT_NEAR(mean_luminance(moving.next_frame(state, 3)) / mean_luminance(shown), 2, 0.1);
+}
+
 TEST_F(SessionTest, IsDarkWithoutLight) {
   next();
   state_.lights[0].on = false;

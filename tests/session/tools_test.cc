@@ -153,7 +153,7 @@ class WorkerTest : public testing::Test {
   }
   WorkerTest()
       : worker_(
-            settings(), [](const std::string& name) { return test_scene(name); }, [] {}) {}
+            settings(), [](const std::string& name, SceneMoments&) { return test_scene(name); }, [] {}) {}
 
   template <typename Take>
   auto wait_for(Take&& take) {
@@ -228,7 +228,7 @@ TEST_F(WorkerTest, AbandonsLoadingForAnotherSceneAndOnDestruction) {
   {
     SessionWorker worker(
         settings(),
-        [&](const std::string& name) {
+        [&](const std::string& name, SceneMoments&) {
           ++begun;
           try {
             while (name == "endless") check_cancelled();
@@ -276,7 +276,7 @@ TEST_F(WorkerTest, ShowsAStateThatIsPostedWhileAnotherFails) {
   little_memory.frames_per_second = 0.001;  // as many pixels as the state has
   little_memory.memory_bytes = std::uint64_t{64} << 20;
   SessionWorker worker(
-      little_memory, [](const std::string& name) { return test_scene(name); }, [] {});
+      little_memory, [](const std::string& name, SceneMoments&) { return test_scene(name); }, [] {});
   worker.open("cornell");
   const auto scene = wait_for([&] { return worker.take_scene(); });
   ASSERT_TRUE(scene.has_value());
