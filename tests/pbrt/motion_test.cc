@@ -60,10 +60,10 @@ TEST(PbrtMotion, ShapesAreShownAtAMoment) {
   expect_near(corner_at("TransformTimes 2 4 " + shape, 3), {2, 0, 0});
   // All of these act on both ends, or on the start alone.
   expect_near(corner_at(std::string("WorldBegin ") + kMove + "Translate 0 1 0 " + kTriangle, 0.5), {2, 1, 0});
-  expect_near(corner_at(std::string("WorldBegin ActiveTransform StartTime Translate 2 0 0 ActiveTransform All ") +
-                            kTriangle,
-                        0.5),
-              {1, 0, 0});
+  expect_near(
+      corner_at(std::string("WorldBegin ActiveTransform StartTime Translate 2 0 0 ActiveTransform All ") + kTriangle,
+                0.5),
+      {1, 0, 0});
   // Two motions, of an object and its instance.
   expect_near(corner_at(std::string("WorldBegin ObjectBegin \"o\" ") + kMove + kTriangle + "ObjectEnd " + kMove +
                             "ObjectInstance \"o\"",
@@ -76,8 +76,8 @@ TEST(PbrtMotion, ShapesAreShownAtAMoment) {
 }
 
 TEST(PbrtMotion, LightsAndCamerasMove) {
-  const std::string text = std::string(kMove) + "Camera \"perspective\" WorldBegin " + kMove +
-                           "LightSource \"point\" " + kTriangle;
+  const std::string text =
+      std::string(kMove) + "Camera \"perspective\" WorldBegin " + kMove + "LightSource \"point\" " + kTriangle;
   ImportOptions options;
   options.moment.seconds = 0.5;
   options.motion = std::make_shared<SceneMotion>();
@@ -122,10 +122,10 @@ TEST(PbrtMotion, SaysWhatMoves) {
 TEST(PbrtMotion, MistakesAreErrorsWithTheirPlace) {
   ImportOptions half;
   half.moment.seconds = 0.5;
-  EXPECT_NE(error_of(std::string("WorldBegin ActiveTransform EndTime\nScale 1 1 0 ActiveTransform All\n") + kTriangle,
-                     half)
-                .find("scene.pbrt:3:1: the transform at the start or the end of the motion cannot be inverted"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of(std::string("WorldBegin ActiveTransform EndTime\nScale 1 1 0 ActiveTransform All\n") + kTriangle, half)
+          .find("scene.pbrt:3:1: the transform at the start or the end of the motion cannot be inverted"),
+      std::string::npos);
   EXPECT_NE(error_of("\nTransformTimes 2 1").find("scene.pbrt:2:1: TransformTimes end before they start"),
             std::string::npos);
   half.moment.animation = "walk";
