@@ -26,18 +26,19 @@ void add_scene_argument(CLI::App& command, std::string& scene) {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& o) {
-  for (const SceneOption& option : scene_options())
-    command
-        .add_option_function<std::string>(
-            option.name,
-            [&o, &option](const std::string& text) {
-              read_command_line([&] { option.read(o.changes, text); });
-              o.given.insert(o.given.end(), {option.name, text});
-            },
-            option.meaning)
-        ->take_last()
-        ->option_text(option.values)
-        ->group("Scene");
+  for (const SceneOption& option : scene_options()) {
+    CLI::Option* added = command.add_option_function<std::vector<std::string>>(
+        option.name,
+        [&o, &option](const std::vector<std::string>& texts) {
+          for (const std::string& text : texts) {
+            read_command_line([&] { option.read(o.changes, text); });
+            o.given.insert(o.given.end(), {option.name, text});
+          }
+        },
+        option.meaning);
+    added->allow_extra_args(false)->option_text(option.values)->group("Scene");
+    if (!option.repeats) added->take_last();
+  }
 }
 
 void take_luminaires(std::vector<std::string>& lights, SceneChanges& changes) {

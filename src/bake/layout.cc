@@ -309,6 +309,7 @@ bool is_bakeable(const Scene& scene, std::uint32_t material) {
     case MaterialKind::dielectric:
     case MaterialKind::thin_dielectric:
     case MaterialKind::interface:
+    case MaterialKind::measured:
       return false;
     case MaterialKind::metallic_roughness: {
       const bool metal = m.metallic.value > 0.5f && m.metallic.texture == kNone;

@@ -1,6 +1,7 @@
 #include "bsdf/bsdf.h"
 
 #include "bsdf/component.h"
+#include "bsdf/measured.h"
 #include "core/warp.h"
 
 namespace glowworm {
@@ -35,6 +36,9 @@ Components all_components(const View& view) {
       break;
     case BsdfKind::metallic_roughness:
       metallic_roughness_components(view, all);
+      break;
+    case BsdfKind::measured:
+      measured_components(view, all);
       break;
   }
   return all;
@@ -81,6 +85,8 @@ void evaluate_view(const View& view, std::span<const Vec3> wi, std::span<RGB> ou
       return evaluate_coated_conductor(view, wi, out);
     case BsdfKind::metallic_roughness:
       return evaluate_metallic_roughness(view, wi, out);
+    case BsdfKind::measured:
+      return evaluate_measured(view, wi, out);
   }
 }
 
@@ -110,6 +116,9 @@ BsdfSample sample_diffuse(RGB reflectance, Vec3 wo, Vec2 u, Lobes lobes) {
 
 Lobes lobes(const Bsdf& bsdf) {
   if (is_lambertian(bsdf)) return max_component(bsdf.diffuse) > 0 ? kDiffuseReflection : Lobes{0};
+  if (bsdf.kind == BsdfKind::measured)
+    return static_cast<Lobes>((bsdf.measured->is_black(false) ? 0 : kGlossy) |
+                              (bsdf.measured->is_black(true) ? 0 : kDiffuseTransmission));
   // For a slanted direction, every other component is included.
   Lobes all = 0;
   for (const float z : {0.6f, -0.6f}) {

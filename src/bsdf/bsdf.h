@@ -12,13 +12,15 @@
 
 namespace glowworm {
 
+class MeasuredBsdf;
+
 /// Sets of lobes, as bits. "Sharp" lobes are too narrow for density estimation and gathering: perfectly smooth
 /// surfaces, and rough ones with a GGX alpha under kSharpAlpha; paths continue through them. Photon maps are looked up
 /// for the broad lobes.
 using Lobes = std::uint8_t;
 inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
-inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha
+inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha, or reflection by a matrix
 /// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that transmit through their facets, however rough: photons
 /// are compared by the side of arrival, so an estimate on one side of glass cannot count those of the other.
 inline constexpr Lobes kSharp = 8;
@@ -38,6 +40,7 @@ enum class BsdfKind : std::uint8_t {
   coated_diffuse,
   coated_conductor,
   metallic_roughness,
+  measured,
 };
 
 /// A material resolved at a point: only numbers, so that arrays of it can be evaluated in batches. Every index of
@@ -58,6 +61,7 @@ enum class BsdfKind : std::uint8_t {
 ///   (KHR specular colour), specular_weight (KHR specular factor), coat (clearcoat factor), coat_alpha, coat_eta,
 ///   coat_normal, transmission_weight, thin, dispersion, sheen, sheen_alpha, iridescence, film_eta, film_thickness,
 ///   diffuse_transmission, transmission (its colour). The base colour tints transmitted light.
+/// - measured: measured, whose x axis lies along the shading frame's s.
 struct Bsdf {
   BsdfKind kind = BsdfKind::lambertian;
   bool thin = false;               ///< transmission does not bend rays
@@ -77,13 +81,14 @@ struct Bsdf {
   float metallic = 0, transmission_weight = 0;
   float specular_weight = 1;
   RGB sheen{0.0f};
-  float sheen_alpha = 0;           ///< exponent of the Charlie distribution: 1 / sheen_alpha
-  float iridescence = 0;           ///< share of the surface that has a thin film
-  float film_eta = 1.3f;           ///< index of the film
-  float film_thickness = 0;        ///< nm
-  float diffuse_transmission = 0;  ///< share of the diffuse light that is transmitted
-  Vec3 coat_normal{0, 0, 1};       ///< of the clearcoat, in shading coordinates
-  float dispersion = 0;            ///< 20 over the Abbe number (choose_wavelength())
+  float sheen_alpha = 0;                   ///< exponent of the Charlie distribution: 1 / sheen_alpha
+  float iridescence = 0;                   ///< share of the surface that has a thin film
+  float film_eta = 1.3f;                   ///< index of the film
+  float film_thickness = 0;                ///< nm
+  float diffuse_transmission = 0;          ///< share of the diffuse light that is transmitted
+  Vec3 coat_normal{0, 0, 1};               ///< of the clearcoat, in shading coordinates
+  float dispersion = 0;                    ///< 20 over the Abbe number (choose_wavelength())
+  const MeasuredBsdf* measured = nullptr;  ///< of the scene's material, which outlives this
 };
 
 /// The lobes of the BSDF.

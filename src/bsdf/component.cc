@@ -1,6 +1,7 @@
 #include "bsdf/component.h"
 
 #include "bsdf/fresnel.h"
+#include "bsdf/measured.h"
 #include "core/warp.h"
 
 namespace glowworm::bsdf_detail {
@@ -30,6 +31,20 @@ float reflection_probability(const Component& c, float cosine) {
   const float f = fresnel_dielectric(cosine, c.eta);
   const float r = f * c.reflect, t = (1 - f) * c.transmit;
   return r + t > 0 ? r / (r + t) : 1.0f;
+}
+
+float measured_pdf(const Component& c, Vec3 wo, Vec3 wi) {
+  const bool passes = c.shape == Shape::measured_transmission;
+  if ((wi.z < 0) != passes) return 0;
+  const float albedo = c.measured->albedo(c.inside, passes, wo);
+  return albedo > 0 ? c.measured->evaluate(c.inside, passes, wo, wi) * std::abs(wi.z) / albedo : 0;
+}
+
+bool sample_measured(const Component& c, Vec3 wo, Vec2 u, Vec3& wi) {
+  const bool passes = c.shape == Shape::measured_transmission;
+  wi = c.measured->sample(c.inside, passes, wo, u);
+  if (passes) wi.z = -wi.z;
+  return wi.z != 0;
 }
 
 }  // namespace
@@ -68,6 +83,9 @@ float component_pdf(const Component& c, Vec3 wo, Vec3 wi) {
       const Vec3 h = refraction_half(wo, wi, c.eta);
       return h.z > 0 ? refraction_pdf(c, wo, wi, h) * (1 - reflection_probability(c, dot(wo, h))) : 0.0f;
     }
+    case Shape::measured_reflection:
+    case Shape::measured_transmission:
+      return measured_pdf(c, wo, wi);
     case Shape::mirror:
     case Shape::refraction:
     case Shape::straight:
@@ -120,6 +138,9 @@ bool component_sample(const Component& c, Vec3 wo, float u_side, Vec2 u, Vec3& w
       }
       return refract(wo, h, c.eta, wi) && wi.z < 0;
     }
+    case Shape::measured_reflection:
+    case Shape::measured_transmission:
+      return sample_measured(c, wo, u, wi);
     case Shape::mirror:
       wi = c.normal.z == 1 ? Vec3{-wo.x, -wo.y, wo.z} : normalize(reflect(wo, c.normal));
       return wi.z > 0;

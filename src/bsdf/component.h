@@ -30,29 +30,33 @@ inline void fill_black(std::span<RGB> out) { std::fill(out.begin(), out.end(), R
 
 /// How a component's directions are sampled.
 enum class Shape : std::uint8_t {
-  cosine_reflection,    ///< cos / pi above
-  cosine_transmission,  ///< cos / pi below
-  uniform_reflection,   ///< 1 / (2 pi) above
-  rough_reflection,     ///< reflection at a visible microfacet normal
-  rough_dielectric,     ///< reflection or refraction at a visible normal, by the Fresnel reflectance there
-  rough_refraction,     ///< refraction at a visible normal
-  coated_reflection,    ///< rough_reflection under a smooth boundary: refracted in and out
-  rough_straight,       ///< rough_reflection mirrored to the other side
-  mirror,               ///< delta
-  refraction,           ///< delta
-  straight,             ///< delta: onwards without bending
+  cosine_reflection,      ///< cos / pi above
+  cosine_transmission,    ///< cos / pi below
+  uniform_reflection,     ///< 1 / (2 pi) above
+  rough_reflection,       ///< reflection at a visible microfacet normal
+  rough_dielectric,       ///< reflection or refraction at a visible normal, by the Fresnel reflectance there
+  rough_refraction,       ///< refraction at a visible normal
+  coated_reflection,      ///< rough_reflection under a smooth boundary: refracted in and out
+  rough_straight,         ///< rough_reflection mirrored to the other side
+  measured_reflection,    ///< by a matrix, above
+  measured_transmission,  ///< by a matrix, below
+  mirror,                 ///< delta
+  refraction,             ///< delta
+  straight,               ///< delta: onwards without bending
 };
 inline bool is_delta(Shape shape) { return shape >= Shape::mirror; }
 
 struct Component {
   Shape shape = Shape::cosine_reflection;
   Lobes lobe = 0;                   ///< one bit
+  bool inside = false;              ///< measured shapes: wo is behind the surface
   Microfacet microfacet{0, 0};      ///< rough shapes
   float eta = 1;                    ///< index of the side below over that of the side of wo, where light bends
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
   float probability = 0;  ///< of choosing this component among those of the given lobes
   Vec3 normal{0, 0, 1};   ///< rough_reflection and mirror: the normal of reflection
+  const MeasuredBsdf* measured = nullptr;  ///< measured shapes
 };
 
 /// The components of a BSDF for one wo.
@@ -134,6 +138,8 @@ void coated_diffuse_components(const View& view, Components& out);
 void evaluate_coated_conductor(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
 void coated_conductor_components(const View& view, Components& out);
 void evaluate_metallic_roughness(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void evaluate_measured(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+void measured_components(const View& view, Components& out);
 void metallic_roughness_components(const View& view, Components& out);
 
 // isotropic_reflection() for the kinds that support it.

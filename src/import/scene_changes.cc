@@ -14,6 +14,7 @@
 #include "image/texture_file.h"
 #include "import/haze.h"
 #include "import/ies/luminaire.h"
+#include "import/material_text.h"
 #include "import/mesh_tools.h"
 #include "import/sky_text.h"
 #include "scene/default_camera.h"
@@ -47,6 +48,7 @@ void change_space(SceneDescription& d, bool z_up, float scale) {
   transform_mesh(d.geometry, map);
   for (Material& material : d.materials) {
     material.bump.value *= scale;
+    material.measured_up = turn.vector(material.measured_up);
   }
   for (Medium& medium : d.media) {
     medium.sigma_a *= 1 / scale;
@@ -173,6 +175,7 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
 
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   d.studio_light = changes.studio_light;
+  for (const std::string& text : changes.materials) change_material(text, d, *budget);
   const bool z_up = changes.z_up.value_or(d.z_up);
   if (z_up != d.z_up || changes.metres_per_unit != 1) change_space(d, z_up, changes.metres_per_unit);
   if (!changes.view_file.empty()) add_views(d, changes.view_file, *budget);

@@ -29,6 +29,7 @@ struct SceneChanges {
   std::optional<CameraKind> projection;         ///< of all cameras; those of angles show 180 degrees by default
   float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
+  std::vector<std::string> materials;           ///< replacements, as change_material() reads them
   std::string view_file;                        ///< of Radiance; its cameras stand before those of the scene
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
@@ -45,6 +46,7 @@ struct SceneOption {
   const char *name, *values, *meaning;  ///< "--up", "y|z [y]"; for the help
   /// Parses the text. Throws Error that names the option.
   void (*read)(SceneChanges&, const std::string& text);
+  bool repeats = false;  ///< each of several counts, not the last alone
 };
 /// All of them, in the order of the help.
 std::span<const SceneOption> scene_options();

@@ -4,6 +4,7 @@
 #include "core/names.h"
 #include "core/text.h"
 #include "import/haze.h"
+#include "import/material_text.h"
 #include "import/scene_changes.h"
 #include "import/sky_text.h"
 
@@ -44,6 +45,14 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) {
        c.studio_light = name_index("--studio-light", text, {"off", "on"}) == 1;
      }},
+    {"--material", "NAME,tau=T[,rho=R]|NAME,bsdf=FILE",
+     "Make a material a pane of glass that transmits T and reflects R at normal incidence, or give it the matrices of "
+     "an XML file of BSDF data, whose front is the side of the room (WINDOW's back); may be repeated",
+     [](SceneChanges& c, const std::string& text) {
+       check_material_text(text);
+       c.materials.push_back(text);
+     },
+     true},
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--up", "y|z [y; z of .rad]",

@@ -7,8 +7,8 @@ namespace glowworm {
 const char* name(MaterialKind kind) {
   static constexpr const char* names[] = {"diffuse",        "conductor",        "dielectric",         "thin_dielectric",
                                           "coated_diffuse", "coated_conductor", "metallic_roughness", "mix",
-                                          "interface"};
-  static_assert(std::size(names) == static_cast<std::size_t>(MaterialKind::interface) + 1);
+                                          "interface",      "measured"};
+  static_assert(std::size(names) == static_cast<std::size_t>(MaterialKind::measured) + 1);
   return names[static_cast<std::size_t>(kind)];
 }
 

@@ -2,12 +2,15 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "core/rgb.h"
 #include "scene/texture.h"
 
 namespace glowworm {
+
+class MeasuredBsdf;
 
 enum class MaterialKind : std::uint8_t {
   diffuse,             ///< Lambertian reflection: reflectance; transmission if transmittance is not black
@@ -19,6 +22,7 @@ enum class MaterialKind : std::uint8_t {
   metallic_roughness,  ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
   mix,                 ///< one of two other materials, chosen by amount
   interface,           ///< parts two media; light passes it straight, unchanged
+  measured,            ///< scatters by matrices
 };
 
 /// In place of the index of a medium: the scene does not say which medium is on that side of a surface.
@@ -71,6 +75,10 @@ struct Material {
 
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};
+
+  std::shared_ptr<const MeasuredBsdf> measured;  ///< never null of its kind
+  /// measured: towards azimuth 90 degrees of its front, with y up; about -z where it lies along the normal
+  Vec3 measured_up{0, 1, 0};
 
   /// Cameras do not see the back of the surface. All other light is reflected and stopped on both sides.
   bool single_sided = false;

@@ -107,6 +107,8 @@ void check_materials(const SceneDescription& d) {
     for (const FloatInput* input : float_inputs(m))
       check_texture_index(d, input->texture, fmt::format("material \"{}\"", m.name));
     check_mix(d, static_cast<std::uint32_t>(i), state, 0);
+    if (m.kind == MaterialKind::measured && !m.measured)
+      throw Error(fmt::format("material \"{}\" has no matrices", m.name), kImporterRemedy);
   }
   for (const Emission& e : d.emissions)
     check_texture_index(d, e.radiance.texture, fmt::format("emission \"{}\"", e.name));

@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "bsdf/measured.h"
 #include "core/content_hash.h"
 #include "core/parallel.h"
 
@@ -21,7 +22,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
-static_assert(sizeof(Material) == 424 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
+static_assert(sizeof(Material) == 448 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
 static_assert(sizeof(Light) == 112 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
@@ -45,6 +46,8 @@ void add(ContentHash& hash, const Material& m) {
     hash.add(number);
   hash.add(m.inside);
   hash.add(m.outside);
+  hash.add(m.measured ? m.measured->hash() : 0);
+  hash.add(m.measured_up);
 }
 
 void add(ContentHash& hash, const Medium& m) {

@@ -144,6 +144,20 @@ void set_rare_layers(const std::vector<TextureNode>& textures, const Material& m
   }
 }
 
+/// The layers of metallic_roughness, without its base colour and roughness.
+void set_metallic_roughness(const std::vector<TextureNode>& textures, const Material& m, const TexturePoint& at,
+                            Bsdf& out) {
+  out.kind = BsdfKind::metallic_roughness;
+  out.specular = evaluate(textures, m.specular_color, at);
+  out.specular_weight = unit(evaluate(textures, m.specular, at));
+  out.eta = RGB(m.ior);
+  out.metallic = unit(evaluate(textures, m.metallic, at));
+  out.transmission_weight = unit(evaluate(textures, m.transmission, at));
+  out.coat = unit(evaluate(textures, m.clearcoat, at));
+  out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
+  set_rare_layers(textures, m, at, out);
+}
+
 /// Puts a clear coat over the whole surface. @param alpha its roughness
 void set_coat(const Material& m, float alpha, Bsdf& out) {
   out.coat = 1;
@@ -190,22 +204,18 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
       set_coat(m, std::sqrt(out.alpha_x * out.alpha_y), out);
       break;
     case MaterialKind::metallic_roughness:
-      out.kind = BsdfKind::metallic_roughness;
       out.diffuse = reflectance;
-      out.specular = evaluate(textures, m.specular_color, at);
-      out.specular_weight = unit(evaluate(textures, m.specular, at));
-      out.eta = RGB(m.ior);
-      out.metallic = unit(evaluate(textures, m.metallic, at));
-      out.transmission_weight = unit(evaluate(textures, m.transmission, at));
-      out.coat = unit(evaluate(textures, m.clearcoat, at));
-      out.coat_alpha = unit(evaluate(textures, m.coat_roughness, at));
-      set_rare_layers(textures, m, at, out);
+      set_metallic_roughness(textures, m, at, out);
       break;
     case MaterialKind::interface:  // a pane of nothing
       out.kind = BsdfKind::thin_dielectric;
       out.eta = RGB(1.0f);
       out.specular = RGB(0.0f);
       out.transmission = RGB(1.0f);
+      break;
+    case MaterialKind::measured:
+      out.kind = BsdfKind::measured;
+      out.measured = m.measured.get();
       break;
     case MaterialKind::diffuse:
     case MaterialKind::mix:
@@ -262,6 +272,12 @@ Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
   if (m.bump.texture != kNone) apply_bump(scene, m, point);
   Bsdf bsdf = bsdf_of(scene.textures(), m, point.texture);
   if (m.anisotropy.value > 0) apply_anisotropy(scene, m, point, bsdf);
+  if (m.kind == MaterialKind::measured) {
+    // x of its space lies across up: to the right of who looks at the front.
+    const Vec3 n = point.frame.n, across = cross(m.measured_up, n);
+    const bool stands = length_squared(across) > 1e-6f * length_squared(m.measured_up);
+    point.frame = frame_along(n, stands ? across : cross(Vec3{0, 0, -1}, n));
+  }
   if (has_coat && dot(of_coat, point.frame.n) < 0.99999f) bsdf.coat_normal = point.frame.to_local(of_coat);
   return bsdf;
 }

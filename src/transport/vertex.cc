@@ -18,7 +18,7 @@ void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint
     const Frame& frame = vertex.point.frame;
     const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo)};
     queries.push_back(position, normal, query, weight, target);
-    if (bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0)
+    if ((bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0) || bsdf.kind == BsdfKind::measured)
       queries.push_back(position, -normal, query, weight, target);
     return;
   }

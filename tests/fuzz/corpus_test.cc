@@ -71,6 +71,8 @@ TEST(FuzzSeeds, StlFiles) { EXPECT_GT(for_each_seed("stl", fuzz::parse_stl_mesh)
 
 TEST(FuzzSeeds, ScenesOfRadiance) { EXPECT_GT(for_each_seed("rad", fuzz::parse_rad_scene), 2u); }
 
+TEST(FuzzSeeds, DataOfWindows) { EXPECT_GT(for_each_seed("window", fuzz::parse_window), 1u); }
+
 TEST(FuzzSeeds, ScenesHandedOverByAssimp) { EXPECT_GT(for_each_seed("assimp", fuzz::parse_hand_over), 2u); }
 
 }  // namespace

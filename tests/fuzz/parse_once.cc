@@ -14,6 +14,7 @@
 #include "import/ply/reader.h"
 #include "import/rad/reader.h"
 #include "import/stl/reader.h"
+#include "import/window/bsdf_xml.h"
 
 namespace glowworm::fuzz {
 
@@ -138,6 +139,19 @@ void parse_rad_scene(std::string_view text) {
   try {
     CoordinateOrigin origin;
     expect_consistent(read_near(origin, [&] { return parse_rad(text, "fuzz.rad", no_file, notes, budget, origin); }));
+  } catch (const Error&) {
+  }
+}
+
+void parse_window(std::string_view text) {
+  try {
+    std::vector<std::string> notes;
+    const auto measured = parse_bsdf_xml(text, "fuzz.xml", notes);
+    for (const bool back : {false, true})
+      for (const bool passes : {false, true}) {
+        const float albedo = measured->albedo(back, passes, {0.6f, 0, 0.8f});
+        require(albedo >= 0 && albedo <= 1.001f);
+      }
   } catch (const Error&) {
   }
 }

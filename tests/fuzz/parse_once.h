@@ -32,6 +32,9 @@ void parse_stl_mesh(std::string_view bytes);
 /// aborts.
 void parse_rad_scene(std::string_view text);
 
+/// Reads `text` as a file of BSDF data; values that are not finite abort.
+void parse_window(std::string_view text);
+
 /// Builds a scene from `bytes` as if glowworm-assimp had handed them over; one that contradicts itself aborts.
 void parse_hand_over(std::string_view bytes);
 

@@ -1,9 +1,12 @@
 // Changes of a scene by command-line options: environment, axis, unit and camera.
 #include "import/scene_changes.h"
 
+#include "bsdf/bsdf.h"
 #include "image/image.h"
 #include "import/haze.h"
+#include "import/material_text.h"
 #include "scene/environment.h"
+#include "scene/surface.h"
 #include "test_files.h"
 
 namespace glowworm {
@@ -34,6 +37,13 @@ SceneDescription small_scene() {
 
 class SceneChangesTest : public FileTest {
  protected:
+  /// The triangle, of a material "glazing".
+  static SceneDescription glazed() {
+    SceneDescription d = small_scene();
+    d.materials[0] = Material();
+    d.materials[0].name = "glazing";
+    return d;
+  }
   /// An image with one bright pixel.
   std::string image_file(int width, int height, int x, int y) const {
     Image image(width, height);
@@ -233,6 +243,50 @@ TEST(HazeTest, CoefficientsAndGridsKeepTheirPlaceInOtherUnits) {
   change_scene(d, changes, std::make_shared<MemoryBudget>());
   EXPECT_FLOAT_EQ(medium_point(d.media[0], {0.15f, 0.05f, -0.05f}).sigma_s.r, 30);
   EXPECT_FLOAT_EQ(medium_point(d.media[0], {0.15f, 0.05f, 0.05f}).sigma_s.r, 0);
+}
+
+TEST_F(SceneChangesTest, PanesHaveTheTransmittanceAndReflectanceOfTheirDataSheet) {
+  struct Case {
+    const char* text;
+    float tau, rho;
+  };
+  // Clear glass, a coat for the sun, a mirror that lets some through, a coat against reflections, black glass.
+  for (const Case& c : {Case{"glazing,tau=0.88,rho=0.08", 0.88f, 0.08f}, Case{"glazing,tau=0.4,rho=0.3", 0.4f, 0.3f},
+                        Case{"glazing,tau=0.1,rho=0.9", 0.1f, 0.9f}, Case{"glazing,rho=0.005,tau=0.95", 0.95f, 0.005f},
+                        Case{"glazing,tau=0,rho=0.05", 0, 0.05f}, Case{"glazing,tau=0.5,rho=0", 0.5f, 0}}) {
+    SceneDescription d = glazed();
+    change_material(c.text, d, *loading_budget());
+    const Scene scene(std::move(d));
+    SurfacePoint point = surface_point(scene, 0, {0.3f, 0.3f});
+    const Bsdf bsdf = resolve_bsdf(scene, point);
+    EXPECT_NEAR(straight_transmittance(bsdf, {0, 0, 1}).g, c.tau, 2e-5) << c.text;
+    EXPECT_NEAR(albedo(bsdf, {0, 0, 1}, kAllLobes).g, c.tau + c.rho, 4e-5) << c.text;
+    for (const float cosine : {0.9f, 0.5f, 0.1f, 0.01f}) {
+      const Vec3 wo{std::sqrt(1 - cosine * cosine), 0, cosine};
+      EXPECT_LE(albedo(bsdf, wo, kAllLobes).g, 1.00001f) << c.text;
+      // Faces of a high index, which a mirror without loss needs, pass more near Brewster's angle.
+      if (c.tau + c.rho < 1) {
+        EXPECT_LE(straight_transmittance(bsdf, wo).g, c.tau + 1e-5f) << c.text;
+      }
+    }
+  }
+  SceneDescription plain = glazed();
+  change_material("glazing,tau=0.88", plain, *loading_budget());
+  EXPECT_FLOAT_EQ(plain.materials[0].ior, 1.52f);
+  EXPECT_NEAR(plain.materials[0].transmittance.value.r, 0.96, 2e-3) << "as Radiance has plain glass";
+}
+
+TEST_F(SceneChangesTest, BadMaterialTextsAreRefused) {
+  for (const char* wrong : {"glazing", "glazing,rho=0.1", "glazing,tau=x", "glazing,tau=1.2", "glazing,tau=0.8,rho=0.3",
+                            "glazing,tau=0.95", "glazing,tau=-0.1", "glazing,tau=0.5,0.5", ""})
+    EXPECT_THROW(check_material_text(wrong), Error) << wrong;
+  SceneDescription d = glazed();
+  try {
+    change_material("glzing,tau=0.5", d, *loading_budget());
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Did you mean 'glazing'?"));
+  }
 }
 
 }  // namespace

@@ -9,14 +9,16 @@
 #include <string_view>
 
 #include "core/lines.h"
+#include "import/material_text.h"
 #include "import/mesh_tools.h"
+#include "import/window/bsdf_xml.h"
 
 namespace glowworm {
 
 namespace {
 
 /// What becomes of a type.
-enum class Treatment { pattern, alias, light, mixture, clear, surface };
+enum class Treatment { pattern, alias, light, mixture, clear, measured, surface };
 
 struct RadType {
   std::string_view name;
@@ -68,8 +70,8 @@ constexpr RadType kTypes[] = {
     {"transfunc", Treatment::surface, 6, 1000, "diffuse reflection and transmission"},
     {"transdata", Treatment::surface, 6, 1000, "diffuse reflection and transmission"},
     {"BRTDfunc", Treatment::surface, 9, 1000, "diffuse reflection and transmission"},
-    {"BSDF", Treatment::surface, 0, 9, "diffuse with a reflectance of 0.5"},
-    {"aBSDF", Treatment::surface, 0, 9, "diffuse with a reflectance of 0.5"},
+    {"BSDF", Treatment::measured, 0, 9},
+    {"aBSDF", Treatment::measured, 0, 9},
     {"prism1", Treatment::clear, 0, 1000, "clear: light passes straight"},
     {"prism2", Treatment::clear, 0, 1000, "clear: light passes straight"},
     {"mist", Treatment::clear, 0, 1000, "clear: light passes straight"},
@@ -227,8 +229,9 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
                     : fmt::format("Expected: {} or more, up to {}.", type->least_numbers, type->most_numbers));
   const std::uint32_t below = index_of(p.modifier, p.place);
   const TransformDouble& m = placement.to_world;
+  const bool turns = type->treatment == Treatment::pattern || type->treatment == Treatment::measured;
   const std::string turned =
-      type->treatment == Treatment::pattern || p.type == "spotlight"
+      turns || p.type == "spotlight"
           ? fmt::format(" {} {} {} {} {} {} {} {} {}", m.x.x, m.x.y, m.x.z, m.y.x, m.y.y, m.y.z, m.z.x, m.z.y, m.z.z)
           : "";
   std::string parts;  // what its words mean here
@@ -269,6 +272,8 @@ RadModifier RadMaterials::make(const RadPrimitive& p, const RadPlacement& placem
       return out;
     case Treatment::mixture:
       return mixed(p);
+    case Treatment::measured:
+      return made_of(p, measured(p, placement));
     case Treatment::clear:
     case Treatment::surface:
     case Treatment::alias:
@@ -386,6 +391,35 @@ Material RadMaterials::dielectric(const RadPrimitive& p) {
   const std::uint32_t outside = medium_of(color(p, 4), p.name);
   m.ior = static_cast<float>(index(3) / index(7));
   if (inside != kNone || outside != kNone) m.inside = inside, m.outside = outside;
+  return m;
+}
+
+Material RadMaterials::measured(const RadPrimitive& p, const RadPlacement& placement) {
+  const std::size_t first = p.type == "BSDF" ? 1 : 0;
+  if (p.words.size() < first + 4) throw Error(p.place, fmt::format("{} '{}' lacks words", p.type, p.name));
+  double thickness = 0;
+  std::string_view word = p.words[0];
+  if (first == 1 && !(take_number(word, thickness) && word.empty() && thickness == 0))
+    notes_.add(fmt::format("BSDF '{}' has no thickness here: it stands for no other geometry", p.name));
+  if (std::any_of(p.numbers.begin(), p.numbers.end(), [](double x) { return x != 0; }))
+    notes_.add(fmt::format("{} '{}': its additional diffuse colours are left out", p.type, p.name));
+  const std::string& file = p.words[first];
+  std::vector<std::string> notes;
+  const std::string& text = read_file_(file, p.place);
+  held_.grow(bsdf_bytes(text));
+  Material m = measured_material(text, file, notes);
+  for (const std::string& note : notes) notes_.add(note);
+  Vec3d up{0, 0, 1}, given;
+  bool known = true;
+  for (int i = 0; i < 3; ++i) {
+    std::string_view number = p.words[first + 1 + static_cast<std::size_t>(i)];
+    known = take_number(number, given[i]) && number.empty() && known;
+  }
+  if (known && length(given) > 0)
+    up = given;
+  else
+    notes_.add(fmt::format("{} '{}': its up vector is not read, and z is up", p.type, p.name));
+  m.measured_up = y_up_from_z_up(narrow(placement.to_world.vector(up)));
   return m;
 }
 

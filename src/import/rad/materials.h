@@ -1,9 +1,11 @@
 // Modifiers of Radiance's scene files: materials, and what changes them.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/memory_budget.h"
@@ -40,8 +42,10 @@ struct RadModifier {
 /// estimate; that of rough plastic does not grow in either. Glass is a pane of the given transmissivity.
 class RadMaterials {
  public:
-  RadMaterials(SceneDescription& description, NoteCounter& notes, MemoryBudget& budget)
-      : description_(description), notes_(notes), held_(budget, "materials", 0) {}
+  /// @param read_file the text of a file that a line names
+  using FileReader = std::function<const std::string&(const std::string& name, const FilePlace& place)>;
+  RadMaterials(SceneDescription& description, NoteCounter& notes, MemoryBudget& budget, FileReader read_file)
+      : description_(description), notes_(notes), read_file_(std::move(read_file)), held_(budget, "materials", 0) {}
 
   /// Takes a modifier. Returns false, and does nothing, for another type. Throws Error with file and line for missing
   /// or wrong arguments, and for a name that is not defined.
@@ -60,11 +64,13 @@ class RadMaterials {
   RadModifier mixed(const RadPrimitive& p);
   Material material_of(const RadPrimitive& p);
   Material dielectric(const RadPrimitive& p);
+  Material measured(const RadPrimitive& p, const RadPlacement& placement);
   std::uint32_t medium_of(RGB transmissivity, const std::string& name);
   std::uint32_t add_material(Material material);
 
   SceneDescription& description_;
   NoteCounter& notes_;
+  FileReader read_file_;
   Reservation held_;
   std::vector<RadModifier> modifiers_;
   std::unordered_map<std::string, std::uint32_t> by_name_;

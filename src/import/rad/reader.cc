@@ -40,7 +40,10 @@ class RadReader {
       : read_file_(read_file),
         notes_(notes),
         origin_(origin),
-        materials_(description_, notes, budget),
+        materials_(description_, notes, budget,
+                   [this](const std::string& name, const FilePlace& place) -> const std::string& {
+                     return text_of(name, place).text;
+                   }),
         triangles_(budget, "triangles", 0) {}
 
   SceneDescription run(std::string_view text, const std::string& file) {
