@@ -27,7 +27,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
 void add_glare_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_merge_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_bake_command(CLI::App& program, const std::string& command_line, int& exit_status);
-void add_info_command(CLI::App& program);
+void add_info_command(CLI::App& program, const std::string& command_line);
 void add_view_command(CLI::App& program, int& exit_status);
 void add_compare_command(CLI::App& program, const std::string& command_line, int& exit_status);
 

@@ -25,7 +25,9 @@
 #include "measure/doubts.h"
 #include "measure/glare.h"
 #include "measure/measurement.h"
+#include "scene/light_rig.h"
 #include "scene/radiance_view.h"
+#include "session/command_text.h"
 
 namespace glowworm {
 
@@ -33,6 +35,7 @@ namespace {
 
 struct GlareOptions {
   std::string scene, command_line, views, output;
+  std::vector<std::string> lights;
   double threshold = kGlareThreshold;
   std::uint32_t side = 512;
   ReportOptions report;
@@ -126,10 +129,17 @@ int run_glare(GlareOptions& o) {
   files.add("-o", o.output);
   files.probe(o.output);
   files.throw_if_any_failed();
+  read_command_line([&] {
+    take_luminaires(o.lights, o.changes.changes);
+    for (const std::string& light : o.lights) parse_light_edit(light);
+  });
   const std::vector<RadianceView> views = read_views(o.views);
   ImportOptions import_options;
   import_options.budget = loading_budget(asked.memory_bytes);
-  std::shared_ptr<const Scene> scene = lit_by_its_own(open_scene(o.scene, import_options, o.changes.changes, &files));
+  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  std::string camera;
+  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
+  scene = lit_by_its_own(scene);
   tell_notes(*scene, o.scene);
   SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), scene->shared_geometry(), {}, ""};
   std::vector<std::string> names;
@@ -189,6 +199,10 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
   add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
       ->group("Glare");
   add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
+  c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
+      ->allow_extra_args(false)
+      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
+      ->group("Scene");
   add_scene_options(*c, o->changes);
   for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
   add_report_options(*c, false, o->report);

@@ -12,9 +12,12 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "apps/luminaire_info.h"
 #include "apps/open_scene.h"
+#include "apps/table_options.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "import/ies/luminaire.h"
 #include "scene/light_rig.h"
 #include "scene/scene.h"
 #include "settings/effects.h"
@@ -184,21 +187,37 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
 
 }  // namespace
 
-void add_info_command(CLI::App& program) {
+void add_info_command(CLI::App& program, const std::string& command_line) {
+  auto luminaire = std::make_shared<LuminaireInfoOptions>();
+  luminaire->command_line = command_line;
   auto path = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
   auto changes = std::make_shared<SceneOptions>();
-  CLI::App* c = program.add_subcommand("info", "Prints the contents of a scene and its unsupported features.");
+  CLI::App* c = program.add_subcommand(
+      "info", "Prints the contents of a scene and its unsupported features, or the key figures of a luminaire.");
   add_scene_argument(*c, *path);
   c->add_flag("--json", *as_json, "Print a JSON object");
+  add_text(*c, "Luminaires", "--lamps", luminaire->lamps, "NAME|NUMBER [1]", "The set of lamps of a .ldt file");
+  add_text(*c, "Luminaires", "-o,--output", luminaire->output, "FILE.png", "Draw the polar curve");
   add_scene_options(*c, *changes);
   c->footer(R"(
 Lengths are metres, power is W. Lines that begin with 'note:' name features of the
 file that are not supported or had to be guessed.
 
-Example:
-  glowworm info builtin:atrium)");
-  c->callback([path, as_json, changes] {
+A luminaire is a photometric file, .ies or .ldt: its flux, peak, symmetry and opening.
+
+Examples:
+  glowworm info builtin:atrium
+  glowworm info lamp.ies -o curve.png)");
+  c->callback([path, as_json, changes, luminaire] {
+    if (is_photometric_file(*path)) {
+      luminaire->path = *path;
+      luminaire->as_json = *as_json;
+      print_luminaire(*luminaire);
+      return;
+    }
+    if (!luminaire->lamps.empty() || !luminaire->output.empty())
+      throw CommandLineError("--lamps and -o are for photometric files (.ies, .ldt)", "Leave them out.");
     ImportOptions options;
     options.lazy_textures = true;
     const auto scene = open_scene(*path, options, changes->changes);

@@ -92,7 +92,7 @@ int run_program(int argc, char** argv) {
   add_view_command(program, exit_status);
   add_measure_command(program, command_line(argc, argv), exit_status);
   add_glare_command(program, command_line(argc, argv), exit_status);
-  add_info_command(program);
+  add_info_command(program, command_line(argc, argv));
   add_compare_command(program, command_line(argc, argv), exit_status);
   if (argc < 2) {
     std::fputs(program.help().c_str(), stderr);

@@ -424,9 +424,11 @@ void add_picture_options(CLI::App& c, RenderOptions& o) {
   c.add_option(
        "--light", o.lights,
        "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
-       "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees")
+       "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees. It "
+       "hangs with C0 along x, and tilts to its aim by the shortest way; types A and B stand level. ,scale=F and "
+       ",maintenance=F behind that are factors, ,lamps=NAME or =NUMBER chooses lamps, ,opening=off makes a point")
       ->allow_extra_args(false)
-      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
+      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
       ->group("Picture");
   add_text(c, "Picture", "--tev", o.tev, "HOST:PORT", "Show the unfinished image in a running tev");
   add_picture_options(c, "Picture", o.picture);

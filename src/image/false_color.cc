@@ -1,7 +1,6 @@
 #include "image/false_color.h"
 
 #include <fmt/format.h>
-#include <stb/stb_easy_font.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/vec.h"
+#include "image/canvas.h"
 
 namespace glowworm {
 
@@ -68,36 +68,8 @@ std::vector<float> scale_ticks(ColorScale scale) {
 
 namespace {
 
-constexpr int kLegendWidth = 96, kBarWidth = 16, kMargin = 10, kLineHeight = 12, kLeastHeight = 160;
+constexpr int kLegendWidth = 96, kBarWidth = 16, kMargin = 10, kLineHeight = Canvas::kLineHeight, kLeastHeight = 160;
 const RGB kPaper(0.9f), kInk(0.02f), kNothing(0.3f);
-
-/// A picture to draw on; pixels outside are ignored.
-struct Canvas {
-  int width = 0, height = 0;
-  std::vector<RGB> pixels;
-
-  void fill(int x0, int y0, int x1, int y1, RGB color) {
-    for (int y = std::max(y0, 0); y < std::min(y1, height); ++y)
-      for (int x = std::max(x0, 0); x < std::min(x1, width); ++x)
-        pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = color;
-  }
-
-  /// Writes ASCII text with its upper left corner at (x, y).
-  void write(int x, int y, std::string text) {
-    struct Corner {
-      float x, y, z;
-      unsigned char color[4];
-    };
-    // A glyph has 17 rectangles at most.
-    std::vector<Corner> corners(text.size() * 17 * 4);
-    const int count = stb_easy_font_print(static_cast<float>(x), static_cast<float>(y), text.data(), nullptr,
-                                          corners.data(), static_cast<int>(corners.size() * sizeof(Corner)));
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      const Corner &a = corners[4 * i], &b = corners[4 * i + 2];
-      fill(static_cast<int>(a.x), static_cast<int>(a.y), static_cast<int>(b.x), static_cast<int>(b.y), kInk);
-    }
-  }
-};
 
 /// Means over squares of five pixels, so that single noisy pixels have no isolines of their own.
 std::vector<float> smoothed(std::span<const float> values, int width, int height) {
@@ -140,7 +112,7 @@ void draw_isolines(std::span<const float> values, int width, int height, std::sp
 
 void draw_legend(int left, ColorScale scale, std::span<const float> ticks, const std::string& unit, Canvas& canvas) {
   const int top = kMargin + kLineHeight + 6, bottom = canvas.height - kMargin, x = left + kMargin;
-  canvas.write(x, kMargin, unit);
+  canvas.write(x, kMargin, unit, kInk);
   for (int y = top; y < bottom; ++y)
     canvas.fill(x, y, x + kBarWidth, y + 1,
                 false_color((static_cast<float>(bottom - y) - 0.5f) / static_cast<float>(bottom - top)));
@@ -150,7 +122,7 @@ void draw_legend(int left, ColorScale scale, std::span<const float> ticks, const
     const int y = std::min(bottom - static_cast<int>(std::lround(t * static_cast<float>(bottom - top))), bottom - 1);
     canvas.fill(x, y, x + kBarWidth + 4, y + 1, kInk);
     if (y + kLineHeight / 2 > free_below) continue;
-    canvas.write(x + kBarWidth + 8, y - 4, fmt::format("{:g}", tick));
+    canvas.write(x + kBarWidth + 8, y - 4, fmt::format("{:g}", tick), kInk);
     free_below = y - kLineHeight / 2;
   }
 }
@@ -159,10 +131,7 @@ void draw_legend(int left, ColorScale scale, std::span<const float> ticks, const
 
 Image false_color_plot(std::span<const float> values, int width, int height, ColorScale scale,
                        const std::string& unit) {
-  Canvas canvas;
-  canvas.width = width + kLegendWidth;
-  canvas.height = std::max(height, kLeastHeight);
-  canvas.pixels.assign(static_cast<std::size_t>(canvas.width) * static_cast<std::size_t>(canvas.height), kPaper);
+  Canvas canvas(width + kLegendWidth, std::max(height, kLeastHeight), kPaper);
   const std::vector<RGB> colors = false_colors(values, scale);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
@@ -172,9 +141,7 @@ Image false_color_plot(std::span<const float> values, int width, int height, Col
   const std::vector<float> ticks = scale_ticks(scale);
   draw_isolines(values, width, height, ticks, canvas);
   draw_legend(width, scale, ticks, unit, canvas);
-  Image out(canvas.width, canvas.height);
-  out.add_rgb("", canvas.pixels);
-  return out;
+  return canvas.image();
 }
 
 std::vector<float> illuminance_of(const Image& image) {

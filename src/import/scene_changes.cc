@@ -14,6 +14,7 @@
 #include "image/texture_file.h"
 #include "import/haze.h"
 #include "import/ies/luminaire.h"
+#include "import/ies/luminous_opening.h"
 #include "import/material_text.h"
 #include "import/mesh_tools.h"
 #include "import/sky_text.h"
@@ -182,6 +183,7 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   change_cameras(d, changes);
   if (changes.visibility > 0) add_haze(d, changes.visibility);
   for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text, d.z_up, d.origin));
+  if (changes.luminous_openings) add_luminous_openings(d);
   if (!changes.sky.empty()) {
     add_sky(changes.sky, d);
   } else if (changes.uniform_radiance) {

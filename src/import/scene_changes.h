@@ -31,6 +31,7 @@ struct SceneChanges {
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::vector<std::string> materials;           ///< replacements, as change_material() reads them
   std::string view_file;                        ///< of Radiance; its cameras stand before those of the scene
+  bool luminous_openings = true;                ///< luminaires have the size that their files say; else they are points
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };
 

@@ -53,6 +53,12 @@ constexpr SceneOption kSceneOptions[] = {
        c.materials.push_back(text);
      },
      true},
+    {"--lamp-openings", "on|off [on]",
+     "Give luminaires the luminous opening of their photometric files: it shines as far as it is seen, and lets all "
+     "other light pass; off: they are points",
+     [](SceneChanges& c, const std::string& text) {
+       c.luminous_openings = name_index("--lamp-openings", text, {"off", "on"}) == 1;
+     }},
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--up", "y|z [y; z of .rad]",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -32,14 +33,42 @@ bool contains(const Box3& box, Vec3 p) {
   return true;
 }
 
-/// Whether the first surface along the aim of a light at a place shows its back there, as a ceiling below it does.
-bool is_behind_surface(const Light& light, const Tracer& tracer) {
+/// A lamp that hangs somewhere.
+struct HungLamp {
+  std::string name;
+  Vec3 place, aim;
+};
+
+/// Lights without extent, and luminaires with their openings.
+std::vector<HungLamp> hung_lamps(const Scene& scene) {
+  std::vector<HungLamp> out;
+  for (const Light& light : scene.lights())
+    if (light.kind != LightKind::directional && !is_black(light.intensity))
+      out.push_back({light.name, light.position, light.kind == LightKind::point ? Vec3{0, -1, 0} : light.direction});
+  for (const Emission& emission : scene.emissions()) {
+    if (!emission.profile || is_black(emission.radiance.value)) continue;
+    Box3 box;
+    for (std::uint32_t i = 0; i < emission.triangle_count; ++i)
+      for (const std::uint32_t vertex : scene.geometry().triangles[emission.first_triangle + i])
+        box.grow(scene.geometry().positions[vertex]);
+    out.push_back({emission.name, box.center(), emission.aim});
+  }
+  return out;
+}
+
+/// Whether the first surface along the aim of a lamp shows its back there, as a ceiling below it does.
+bool is_behind_surface(const HungLamp& lamp, const Tracer& tracer) {
   const Scene& scene = tracer.scene();
   Ray ray;
-  ray.origin = light.position;
-  ray.direction = light.kind == LightKind::point ? Vec3{0, -1, 0} : light.direction;
+  ray.origin = lamp.place;
+  ray.direction = lamp.aim;
   ray.t_max = std::numeric_limits<float>::infinity();
-  const Hit hit = tracer.intersect(ray);
+  Hit hit = tracer.intersect(ray);
+  // The faces of its own opening let the ray pass.
+  while (hit.triangle != kNone && scene.is_pane(scene.geometry().material[hit.triangle])) {
+    ray.t_min = std::nextafter(hit.distance + scene.diffuse_triangle(hit.triangle).offset(), HUGE_VALF);
+    hit = tracer.intersect(ray);
+  }
   return hit.triangle != kNone && dot(scene.geometry().normal(hit.triangle), ray.direction) > 0;
 }
 
@@ -86,12 +115,11 @@ std::vector<std::string> doubts_before(const Sensors& sensors, const Tracer& tra
         fmt::format("the room is {:.0f} x {:.0f} x {:.0f} m large; is its unit the metre?", size.x, size.y, size.z));
   if (is_room)
     if (const auto doubt = doubt_of_sensors(sensors, scene)) out.push_back(*doubt);
-  for (const Light& light : scene.lights()) {
-    if (light.kind == LightKind::directional || is_black(light.intensity)) continue;
-    const bool is_outside = is_room && !contains(scene.bounds(), light.position);
-    if (!(is_outside || is_behind_surface(light, tracer)) || is_seen(light.position, sensors, tracer)) continue;
-    out.push_back(fmt::format("no sensor sees the light \"{}\" at {}, which hangs {}", light.name,
-                              place_text(scene, light.position),
+  for (const HungLamp& lamp : hung_lamps(scene)) {
+    const bool is_outside = is_room && !contains(scene.bounds(), lamp.place);
+    if (!(is_outside || is_behind_surface(lamp, tracer)) || is_seen(lamp.place, sensors, tracer)) continue;
+    out.push_back(fmt::format("no sensor sees the light \"{}\" at {}, which hangs {}", lamp.name,
+                              place_text(scene, lamp.place),
                               is_outside ? "outside of the room" : "behind a surface, such as a ceiling"));
   }
   return out;

@@ -52,7 +52,10 @@ EmissionBlock::Kind EmissionBlock::choose(const Scene& scene, std::size_t i) {
   light_[i] = source;
   probability_[i] = scene.light_power().probability(source);
   const std::size_t triangles = scene.emissive_triangles().size();
-  if (source < triangles) return kTriangle;
+  if (source < triangles) {
+    const std::uint32_t emission = scene.geometry().emission[scene.emissive_triangles()[source]];
+    return scene.emissions()[emission].profile ? kOther : kTriangle;
+  }
   if (source < triangles + scene.lights().size()) {
     const Light& light = scene.lights()[source - triangles];
     if (light.kind != LightKind::directional) return kOther;

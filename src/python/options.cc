@@ -23,7 +23,7 @@ std::string text_of(const py::handle& value, const char* separator) {
 /// The words for False and True of an option that is no flag.
 const char* word_of(const std::string& option, bool value) {
   if (option == "filter") return value ? "auto" : "off";
-  if (option == "studio-light") return value ? "on" : "off";
+  if (option == "studio-light" || option == "lamp-openings") return value ? "on" : "off";
   return nullptr;
 }
 

@@ -159,12 +159,21 @@ Vec3 IntensityTable::sample(Vec2 u) const {
   const double right = (1 - t) * value(a + 1, p) + t * value(a + 1, p + 1);
   const double azimuth =
       azimuths_[a] + inverse_linear(left, right, u_azimuth) * (double{azimuths_[a + 1]} - azimuths_[a]);
+  return direction(azimuth, polar);
+}
+
+Vec3 IntensityTable::direction(double azimuth, double polar) const {
   const auto sine = static_cast<float>(std::sin(polar));
   const Vec3 d{sine * static_cast<float>(std::cos(azimuth)), sine * static_cast<float>(std::sin(azimuth)),
                static_cast<float>(std::cos(polar))};
   if (pole_ == TablePole::up) return {d.y, d.z, d.x};
   if (pole_ == TablePole::right) return {d.z, d.y, d.x};
   return d;
+}
+
+Vec3 IntensityTable::brightest() const {
+  const auto at = static_cast<std::size_t>(std::max_element(values_.begin(), values_.end()) - values_.begin());
+  return direction(azimuths_[at / polar_.size()], polar_[at % polar_.size()]);
 }
 
 }  // namespace glowworm

@@ -38,8 +38,11 @@ class IntensityTable {
   float intensity(Vec3 direction) const;
   /// A direction (unit, in the luminaire's axes) with a density in proportion to the intensity. @param u in [0, 1)
   Vec3 sample(Vec2 u) const;
+  /// The direction of the greatest value, unit, in the luminaire's axes.
+  Vec3 brightest() const;
   /// Integral of the intensity over all directions: the flux, lm for a table in candela.
   double integral() const { return integral_; }
+  TablePole pole() const { return pole_; }
   /// The greatest value of the table.
   float greatest() const { return greatest_; }
   /// A hash of everything above.
@@ -48,6 +51,7 @@ class IntensityTable {
  private:
   float value(std::size_t azimuth, std::size_t polar) const { return values_[azimuth * polar_.size() + polar]; }
   double cell_integral(std::size_t azimuth, std::size_t polar) const;
+  Vec3 direction(double azimuth, double polar) const;
 
   TablePole pole_;
   std::vector<float> azimuths_, polar_, values_;

@@ -10,17 +10,22 @@
 #include "core/rgb.h"
 #include "core/transform.h"
 #include "core/vec.h"
+#include "scene/emission_profile.h"
 #include "scene/intensity_table.h"
 #include "scene/sky_model.h"
 #include "scene/texture.h"
 
 namespace glowworm {
 
-/// Emission of a triangle: the same radiance in every direction of its front (and back).
+/// Emission of a triangle from its front (and back): the same radiance in every direction, unless a profile says more.
 struct Emission {
   std::string name;
   ColorInput radiance{RGB(1.0f)};  ///< W sr^-1 m^-2
   bool two_sided = false;
+  /// Factor on the radiance by direction. Its faces are the triangles of the emission, which follow one another.
+  std::shared_ptr<const EmissionProfile> profile;
+  Vec3 aim{0, 0, -1}, right{1, 0, 0};                    ///< profile: its z and x axes, unit
+  std::uint32_t first_triangle = 0, triangle_count = 0;  ///< profile: the triangles
 };
 
 enum class LightKind : std::uint8_t { point, spot, directional, luminaire };
@@ -30,6 +35,18 @@ enum class SpotFalloff : std::uint8_t {
   smoothstep,  ///< t^2 (3 - 2 t), as in pbrt-v4
   quadratic,   ///< t^2, as in KHR_lights_punctual
   quartic,     ///< t^4, as in pbrt-v3
+};
+
+/// The luminous opening of a luminaire: a body around its place, with sizes along the axes of its table (m). A body
+/// without size along an axis is a flat face. Fewer than two sizes: a point.
+struct LuminousOpening {
+  enum class Shape : std::uint8_t { box, cylinder, ellipsoid };
+  Shape shape = Shape::box;
+  Vec3 size{0, 0, 0};
+  int axis = 2;  ///< cylinder: the axis along which it is straight
+
+  /// Number of axes along which it has a size.
+  int extent() const { return (size.x > 0) + (size.y > 0) + (size.z > 0); }
 };
 
 /// A light without extent.
@@ -45,6 +62,7 @@ struct Light {
   SpotFalloff falloff = SpotFalloff::smoothstep;
   Vec3 right{1, 0, 0};  ///< luminaire: where its table has x (IntensityTable), unit, across `direction`
   std::shared_ptr<const IntensityTable> table;  ///< luminaire: never null
+  LuminousOpening opening;                      ///< luminaire: what the file says; the light itself is a point
 };
 
 enum class EnvironmentMapping : std::uint8_t {

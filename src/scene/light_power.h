@@ -20,6 +20,13 @@ float spot_falloff(const Light& light, float cos_theta);
 /// Intensity of a luminaire in a direction (unit, world space, away from it), as a factor on Light::intensity.
 float table_intensity(const Light& luminaire, Vec3 direction);
 
+/// Radiance of an emission in a direction (unit, world space, away from it), as a factor on Emission::radiance.
+inline float relative_radiance(const Emission& e, Vec3 direction) {
+  if (!e.profile) return 1;
+  return e.profile->relative_radiance(
+      {dot(direction, e.right), dot(direction, cross(e.right, e.aim)), dot(direction, e.aim)});
+}
+
 /// Mean of spot_falloff() over the cosines between the two cones.
 inline float mean_spot_falloff(const Light& light) {
   return light.falloff == SpotFalloff::smoothstep ? 0.5f : light.falloff == SpotFalloff::quadratic ? 1.0f / 3 : 0.2f;

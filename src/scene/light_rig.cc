@@ -128,7 +128,10 @@ std::shared_ptr<const Scene> LightRig::edited(const std::vector<LightEdit>& edit
     const LightEdit& edit = edits[i];
     const float factor = edit.on ? std::max(edit.scale, 0.0f) : 0.0f;
     if (lights_[i].kind == RigLightKind::area) {
-      tables.emissions[lights_[i].index].radiance.value *= factor;
+      Emission& emission = tables.emissions[lights_[i].index];
+      emission.radiance.value *= factor;
+      emission.aim = rotate(emission.aim, edit.turn);
+      emission.right = rotate(emission.right, edit.turn);
     } else if (lights_[i].kind == RigLightKind::environment) {
       Environment& sky = *tables.environment;
       sky.scale *= factor;

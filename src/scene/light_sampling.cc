@@ -1,5 +1,6 @@
 #include "scene/light_sampling.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -58,6 +59,7 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   out.normal = face_forward(placed.normal, -out.direction);
   out.offset = placed.offset();
   out.radiance = mean_emission(scene, triangle, w);
+  if (emission.profile) out.radiance *= relative_radiance(emission, -out.direction);
   return out;
 }
 
@@ -96,7 +98,46 @@ LightSample sample_from_environment(const Environment& environment, const Distri
   return out;
 }
 
-EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t triangle, Vec2 u_position, Vec2 u_direction) {
+/// Samples a direction by the intensity of a whole opening, and a place on the faces that shine there by their
+/// projected area. All photons of the opening have one flux for each unit of probability. @param power of the chosen
+/// triangle
+EmittedPhoton emit_from_opening(const Scene& scene, const Emission& emission, RGB power, Vec2 u_position,
+                                Vec2 u_direction) {
+  const Vec3 d = emission.profile->sample(u_direction);
+  EmittedPhoton out;
+  out.direction = normalize(emission.right * d.x + cross(emission.right, emission.aim) * d.y + emission.aim * d.z);
+  const auto projected = [&](std::uint32_t i) {
+    const DiffuseTriangle& placed = scene.diffuse_triangle(emission.first_triangle + i);
+    const float facing = dot(cross(placed.edge[0], placed.edge[1]), out.direction);
+    return emission.two_sided ? std::abs(facing) : std::max(facing, 0.0f);
+  };
+  float all = 0;
+  for (std::uint32_t i = 0; i < emission.triangle_count; ++i) all += projected(i);
+  if (!(all > 0)) return {};
+  float left = u_position.x * all;
+  std::uint32_t chosen = 0;
+  float share = 0;
+  for (std::uint32_t i = 0; i < emission.triangle_count; ++i) {
+    const float area = projected(i);
+    if (!(area > 0)) continue;
+    if (share > 0 && left < share) break;
+    if (share > 0) left -= share;
+    chosen = i;
+    share = area;
+  }
+  const std::uint32_t triangle = emission.first_triangle + chosen;
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+  const Vec2 w = square_to_triangle({std::clamp(left / share, 0.0f, 0x1.fffffep-1f), u_position.y});
+  const Vec3 side = face_forward(placed.normal, out.direction);
+  out.origin = offset_origin(placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y, side, placed.offset());
+  out.flux = power;
+  return out;
+}
+
+EmittedPhoton emit_from_triangle(const Scene& scene, std::uint32_t source, Vec2 u_position, Vec2 u_direction) {
+  const std::uint32_t triangle = scene.emissive_triangles()[source];
+  if (const Emission& whole = emission_of(scene, triangle); whole.profile)
+    return emit_from_opening(scene, whole, scene.source_powers()[source], u_position, u_direction);
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
   const Vec2 w = square_to_triangle(u_position);
   const Emission& emission = emission_of(scene, triangle);
@@ -236,7 +277,7 @@ EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position
   const std::size_t triangles = scene.emissive_triangles().size();
   EmittedPhoton out;
   if (choice.source < triangles)
-    out = emit_from_triangle(scene, scene.emissive_triangles()[choice.source], u_position, u_direction);
+    out = emit_from_triangle(scene, choice.source, u_position, u_direction);
   else if (choice.source < triangles + scene.lights().size())
     out = emit_from_light(scene, scene.lights()[choice.source - triangles], u_position, u_direction);
   else

@@ -20,6 +20,11 @@ LightBounds bounds_of(const Geometry& g, std::uint32_t triangle, const Emission&
   b.two_sided = emission.two_sided;
   // Power is pi times the intensity along the normal, of either side.
   b.intensity = power * kInversePi / (emission.two_sided ? 2.0f : 1.0f);
+  if (emission.profile) {
+    // As bright in every direction of its front as it is anywhere, without Lambert's cosine.
+    b.intensity = power * emission.profile->peak();
+    b.cos_emission = std::nextafter(0.0f, -1.0f);
+  }
   return b;
 }
 

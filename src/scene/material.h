@@ -21,7 +21,7 @@ enum class MaterialKind : std::uint8_t {
   coated_conductor,    ///< a conductor under a dielectric coat
   metallic_roughness,  ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
   mix,                 ///< one of two other materials, chosen by amount
-  interface,           ///< parts two media; light passes it straight, unchanged
+  interface,           ///< parts two media; light passes it straight, unchanged; or adds its emission to that light
   measured,            ///< scatters by matrices
 };
 

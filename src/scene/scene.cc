@@ -98,6 +98,16 @@ void add_studio_light(SceneDescription& d) {
                                           "added");
 }
 
+/// Whether surfaces part media. Interfaces that emit, as openings of luminaires do, part none.
+bool has_interfaces(const std::vector<Material>& materials, const Geometry& g) {
+  std::vector<bool> is_interface;
+  for (const Material& m : materials) is_interface.push_back(m.kind == MaterialKind::interface);
+  if (std::none_of(is_interface.begin(), is_interface.end(), [](bool is) { return is; })) return false;
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+    if (is_interface[g.material[t]] && g.emission[t] == kNone) return true;
+  return false;
+}
+
 /// Moves a distant scene to the origin, unless its reader has done so, and returns what was subtracted. Differences of
 /// its coordinates are exact (Sterbenz).
 Vec3 move_to_origin(SceneDescription& d) {
@@ -185,9 +195,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   note_rounding(*geometry_, d_.origin_is_exact ? Vec3{0, 0, 0} : origin_, length(bounds_.diagonal()), d_.notes);
   for (const Material& m : d_.materials) material_has_alpha_.push_back(may_be_absent(m, d_.textures));
   material_is_pane_ = find_panes(d_.materials);
-  crosses_media_ = !d_.media.empty() || std::any_of(d_.materials.begin(), d_.materials.end(), [](const Material& m) {
-    return m.kind == MaterialKind::interface;
-  });
+  crosses_media_ = !d_.media.empty() || has_interfaces(d_.materials, *geometry_);
   find_repeated();
   find_light_sources();
   check_dimness(d_, radius_);

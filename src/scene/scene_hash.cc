@@ -22,8 +22,8 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
-static_assert(sizeof(Material) == 448 && sizeof(TextureNode) == 72 && sizeof(Emission) == 56);
-static_assert(sizeof(Light) == 112 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
+static_assert(sizeof(Material) == 448 && sizeof(TextureNode) == 72 && sizeof(Emission) == 104);
+static_assert(sizeof(Light) == 136 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
 static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
 
 void add(ContentHash& hash, const Material& m) {
@@ -167,6 +167,10 @@ std::uint64_t hash_lights(const Scene& scene) {
   for (const Emission& emission : scene.emissions()) {
     add(hash, emission.radiance);
     hash.add(emission.two_sided);
+    if (!emission.profile) continue;
+    hash.add(emission.profile->hash());
+    hash.add(emission.aim);
+    hash.add(emission.right);
   }
   for (const Light& light : scene.lights()) add(hash, light);
   hash.add(scene.environment().has_value());

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "scene/light_power.h"
 
 namespace glowworm {
 
@@ -287,7 +288,8 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
   if (index == kNone) return RGB(0.0f);
   const Emission& emission = scene.emissions()[index];
   if (!emission.two_sided && dot(point.geometric_normal, wo) <= 0) return RGB(0.0f);
-  return evaluate(scene.textures(), emission.radiance, point.texture);
+  const RGB radiance = evaluate(scene.textures(), emission.radiance, point.texture);
+  return emission.profile ? radiance * relative_radiance(emission, wo) : radiance;
 }
 
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction) {

@@ -70,7 +70,7 @@ LampsInPlanes::LampsInPlanes(const Scene& scene, const VisitNear& near) {
   const Geometry& g = scene.geometry();
   std::vector<std::uint32_t> lamps;
   for (std::uint32_t i = 0; i < g.triangle_count(); ++i)
-    if (g.emission[i] != kNone && !scene.repeats(i)) lamps.push_back(i);
+    if (g.emission[i] != kNone && !scene.repeats(i) && !scene.is_pane(g.material[i])) lamps.push_back(i);
   std::vector<std::vector<Pair>> found((lamps.size() + kLampsAtOnce - 1) / kLampsAtOnce);
   parallel_for(0, lamps.size(), kLampsAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {

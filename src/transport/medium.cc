@@ -86,7 +86,7 @@ RGB opacity(RGB sigma_t, float distance) {
 }
 
 bool is_interface(const Scene& scene, std::uint32_t triangle) {
-  return material_of(scene, triangle).kind == MaterialKind::interface;
+  return material_of(scene, triangle).kind == MaterialKind::interface && scene.geometry().emission[triangle] == kNone;
 }
 
 PathMedium medium_behind(const Scene& scene, PathMedium before, std::uint32_t triangle, Vec3 direction) {

@@ -11,6 +11,7 @@
 
 namespace glowworm {
 
+/// Whether a triangle parts media; one that emits does not, and is met like a pane.
 bool is_interface(const Scene& scene, std::uint32_t triangle);
 
 /// The medium around a path that leaves a surface: that which the surface names on that side. Where it names only the

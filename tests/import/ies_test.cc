@@ -42,7 +42,7 @@ std::string header(const char* version, const char* counts, const char* type) {
          " 2 0.1 0.2 0\r\n0.5 1 30\r\n";
 }
 
-IntensityTable lm63(const std::string& text) { return parse_lm63(text, "lamp.ies"); }
+IntensityTable lm63(const std::string& text) { return parse_lm63(text, "lamp.ies").table; }
 
 TEST(Lm63, KeepsQuadrantsOfTypeC) {
   const IntensityTable t =
@@ -154,7 +154,7 @@ TEST(Eulumdat, KnowsEverySymmetry) {
   for (const Case& c : {Case{0, 8, {20, 40, 60, 80, 100, 120, 140, 160}}, Case{1, 1, {20, 20, 20, 20, 20, 20, 20, 20}},
                         Case{2, 5, {20, 40, 60, 80, 100, 80, 60, 40}}, Case{3, 5, {60, 80, 100, 80, 60, 40, 20, 40}},
                         Case{4, 3, {20, 40, 60, 40, 20, 40, 60, 40}}}) {
-    const IntensityTable t = parse_eulumdat(eulumdat(c.symmetry, c.rows), "lamp.ldt");
+    const IntensityTable t = parse_eulumdat(eulumdat(c.symmetry, c.rows), "lamp.ldt").table;
     for (int i = 0; i < 8; ++i)
       EXPECT_NEAR(t.intensity(direction_c(45 * i, 90)), c.at[i], 0.01f) << "symmetry " << c.symmetry << ", plane " << i;
     EXPECT_NEAR(t.intensity({0, 0, 1}), 200, 0.01f);
@@ -176,7 +176,7 @@ TEST(Eulumdat, AcceptsBlanksOnlyWhereNoNumberIsNeeded) {
     return out;
   };
   for (const char* blank : {"\n", " \t\r\n"}) {
-    const IntensityTable t = parse_eulumdat(with(optional, blank), "a.ldt");
+    const IntensityTable t = parse_eulumdat(with(optional, blank), "a.ldt").table;
     EXPECT_NEAR(t.intensity(direction_c(90, 90)), 60, 0.01f);
     for (std::size_t i = 1; i <= lines.size(); ++i) {
       if (optional.contains(i) || texts.contains(i)) continue;
@@ -206,7 +206,7 @@ TEST(PhotometricFiles, MayEndWithoutALineEnd) {
   const std::string ldt = eulumdat(4, 3);
   for (const char* end : {"", " ", "\n", "\r\n\r\n", "\x1a"}) {
     EXPECT_NEAR(lm63(ies + end).intensity({0, 1, 0}), 20, 1e-4);
-    const IntensityTable t = parse_eulumdat(ldt.substr(0, ldt.find_last_of('0') + 1) + end, "a.ldt");
+    const IntensityTable t = parse_eulumdat(ldt.substr(0, ldt.find_last_of('0') + 1) + end, "a.ldt").table;
     EXPECT_NEAR(t.intensity({0, 0, 1}), 200, 0.01f);
   }
 }
@@ -246,6 +246,12 @@ std::string cosine_lamp() {
   return "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 91 1 1 2 0 0 0 1 1 1\n" + angles + "0\n" + values;
 }
 
+Emission dark_emission() {
+  Emission out;
+  out.radiance.value = RGB(0.0f);
+  return out;
+}
+
 class LuminaireScene : public FolderTest {
  protected:
   LuminaireScene() { write("lamp.ies", cosine_lamp()); }
@@ -254,7 +260,7 @@ class LuminaireScene : public FolderTest {
 TEST_F(LuminaireScene, LightsThePlaneBelowByTheCosineLaw) {
   SceneDescription d = load_scene("builtin:cornell");
   d.lights.clear();
-  d.emissions.assign(d.emissions.size(), Emission{"", {RGB(0.0f)}, false});
+  d.emissions.assign(d.emissions.size(), dark_emission());
   SceneChanges changes;
   changes.luminaires = {(folder_ / "lamp.ies").string() + "@0.25,3,0.5"};
   change_scene(d, changes, loading_budget());
@@ -287,7 +293,7 @@ TEST_F(LuminaireScene, IsAsBrightAsItsTiltSays) {
   const auto flux = [&](const std::string& aim, bool z_up) {
     SceneDescription d = load_scene("builtin:cornell");
     d.lights = {luminaire_of_text(lamp + aim)};
-    d.emissions.assign(d.emissions.size(), Emission{"", {RGB(0.0f)}, false});
+    d.emissions.assign(d.emissions.size(), dark_emission());
     SceneChanges changes;
     changes.z_up = z_up;
     change_scene(d, changes, loading_budget());

@@ -10,6 +10,7 @@
 #include "core/input_file.h"
 #include "core/text.h"
 #include "import/ies/luminaire.h"
+#include "import/ies/luminous_opening.h"
 #include "import/ies/photometric_text.h"
 
 namespace glowworm {
@@ -25,12 +26,6 @@ struct Tables {
 };
 
 bool near(float a, float b) { return std::abs(a - b) < kAngleRounding; }
-
-std::string_view trimmed_blanks(std::string_view text) {
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  return text;
-}
 
 std::vector<float> radians(const std::vector<float>& degrees) {
   std::vector<float> out;
@@ -151,30 +146,62 @@ IntensityTable type_a_or_b(const PhotometricText& text, Tables t, bool is_a) {
           std::move(t.tilt)};
 }
 
+/// The year of the edition of the standard that the first line names.
+int edition_of(std::string_view line) {
+  struct Edition {
+    std::string_view name;
+    int year;
+  };
+  constexpr Edition kEditions[] = {
+      {"IES:LM-63-", 2019}, {"IESNA:LM-63-2002", 2002}, {"IESNA:LM-63-1995", 1995}, {"IESNA91", 1991}};
+  for (const Edition& edition : kEditions)
+    if (line.starts_with(edition.name)) return edition.year;
+  return 1986;
+}
+
+/// Takes the name of the luminaire from a line of keywords, or keeps what is known better.
+void note_name(std::string_view line, std::string& name) {
+  constexpr std::string_view kName = "[LUMINAIRE]", kNumber = "[LUMCAT]";
+  if (line.starts_with(kName)) name = bare_text(line.substr(kName.size()));
+  if (line.starts_with(kNumber) && name.empty()) name = bare_text(line.substr(kNumber.size()));
+}
+
+/// The type, unit and sizes of the opening.
+LuminousOpening read_opening(PhotometricText& text, int edition) {
+  constexpr float kFoot = 0.3048f;
+  const float unit = text.count("the unit of length", text.number("the unit of length"), 1, 2) == 1 ? kFoot : 1.0f;
+  const float width = unit * text.number("the width"), length = unit * text.number("the length");
+  return lm63_opening(width, length, unit * text.number("the height"), edition);
+}
+
 }  // namespace
 
-IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
+PhotometricFile parse_lm63(std::string_view bytes, const std::string& path) {
   PhotometricText text(bytes, path);
   std::string_view line = trimmed_blanks(text.line("the first line"));
-  // Since 2019 the second factor is a code of how the file was made.
-  const bool is_2019 = line.starts_with("IES:LM-63-");
-  while (!lower(line).starts_with("tilt=")) line = trimmed_blanks(text.line("the labels, without a line TILT="));
+  const int edition = edition_of(line);
+  std::string name;
+  while (!lower(line).starts_with("tilt=")) {
+    line = trimmed_blanks(text.line("the labels, without a line TILT="));
+    note_name(line, name);
+  }
   Tables t;
   t.tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
-  text.number("the number of lamps");
-  text.number("the flux of a lamp");
+  LampSet lamps;
+  const float count = text.number("the number of lamps"), flux = text.number("the flux of a lamp");
+  lamps.flux = std::max(count * flux, 0.0f);  // -1 where the intensities are absolute
   float factor = text.number("the factor of the intensities");
   const auto vertical = static_cast<std::size_t>(
       text.count("the number of vertical angles", text.number("the number of vertical angles"), 2, kMostAngles));
   const auto horizontal = static_cast<std::size_t>(
       text.count("the number of horizontal angles", text.number("the number of horizontal angles"), 1, kMostAngles));
   const int type = text.count("the photometric type", text.number("the photometric type"), 1, 3);
-  text.count("the unit of length", text.number("the unit of length"), 1, 2);
-  for (const char* what : {"the width", "the length", "the height"}) text.number(what);
+  const LuminousOpening opening = read_opening(text, edition);
   factor *= text.number("the ballast factor");
   const float second = text.number("the ballast-lamp factor");
-  if (!is_2019) factor *= second;
-  text.number("the power");
+  // Since 2019 the second factor is a code of how the file was made.
+  if (edition < 2019) factor *= second;
+  lamps.power = std::max(text.number("the power"), 0.0f);
   t.vertical = text.numbers("the vertical angles", vertical);
   t.horizontal = text.numbers("the horizontal angles", horizontal);
   t.candela = text.numbers("the intensities", vertical * horizontal);
@@ -182,7 +209,11 @@ IntensityTable parse_lm63(std::string_view bytes, const std::string& path) {
   for (float& value : t.candela)
     if (value *= factor; !(value >= 0 && std::isfinite(value)))
       text.fail(fmt::format("an intensity of {:g} cd", value));
-  return type == 1 ? type_c(text, std::move(t)) : type_a_or_b(text, std::move(t), type == 3);
+  return {type == 1 ? type_c(text, std::move(t)) : type_a_or_b(text, std::move(t), type == 3),
+          opening,
+          std::move(name),
+          {lamps},
+          0};
 }
 
 }  // namespace glowworm

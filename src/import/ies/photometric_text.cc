@@ -21,6 +21,12 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' |
 
 }  // namespace
 
+std::string_view trimmed_blanks(std::string_view text) {
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  return text;
+}
+
 PhotometricText::PhotometricText(std::string_view text, std::string path)
     : text_(without_byte_order_mark(text)), path_(std::move(path)) {}
 
@@ -88,8 +94,10 @@ std::optional<float> PhotometricText::number_or_blank(const char* what, bool may
 
 float PhotometricText::number_line(const char* what) { return *number_or_blank(what, false); }
 
-void PhotometricText::skip_number_lines(const char* what, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) number_or_blank(what, true);
+std::vector<float> PhotometricText::optional_number_lines(const char* what, std::size_t count) {
+  std::vector<float> out(count);
+  for (float& value : out) value = number_or_blank(what, true).value_or(0.0f);
+  return out;
 }
 
 int PhotometricText::count(const char* what, float value, int least, int most) const {

@@ -8,6 +8,11 @@
 
 namespace glowworm {
 
+/// A text without blanks and tabs around it.
+std::string_view trimmed_blanks(std::string_view text);
+/// The same as a string of its own.
+inline std::string bare_text(std::string_view text) { return std::string(trimmed_blanks(text)); }
+
 /// Takes lines and numbers from a text, without its UTF-8 byte order mark, and tells places in errors.
 class PhotometricText {
  public:
@@ -21,7 +26,9 @@ class PhotometricText {
   /// The number that is alone on the next line; a comma may be its decimal point.
   float number_line(const char* what);
   /// Skips that many lines, each blank or with a number that is alone on it. Throws Error for others.
-  void skip_number_lines(const char* what, std::size_t count);
+  void skip_number_lines(const char* what, std::size_t count) { optional_number_lines(what, count); }
+  /// The numbers of that many lines, 0 where one is blank. Throws Error for others.
+  std::vector<float> optional_number_lines(const char* what, std::size_t count);
   /// A whole number of [least, most], by number() or number_line().
   int count(const char* what, float value, int least, int most) const;
   /// That many numbers. Throws Error where the text is too short for them.

@@ -109,6 +109,7 @@ class LightBuilder {
       return;
     }
     if (const std::string given = name(); !given.empty()) light.name = given;
+    light.opening = {};  // pbrt's are points
     light.intensity *= light_color(context_, parameters_, "I");
     light.position = place_of({0, 0, 0});
     light.direction = direction_or_error(parameters_, to_world_.vector({0, 0, -1}));
