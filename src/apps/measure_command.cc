@@ -26,11 +26,15 @@
 #include "core/text.h"
 #include "film/filtered.h"
 #include "film/output.h"
+#include "measure/alpha_opic.h"
 #include "measure/doubts.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
+#include "measure/room_report.h"
 #include "measure/sensor_plan.h"
 #include "measure/sky_patches.h"
+#include "measure/zones.h"
+#include "scene/light_groups.h"
 #include "session/command_text.h"
 #include "settings/settings.h"
 
@@ -39,10 +43,12 @@ namespace glowworm {
 namespace {
 
 struct MeasureOptions {
-  std::string scene, command_line, points, grid, surface;
-  std::vector<std::string> outputs, lights;
-  int sky_patches = 0;              ///< 0: no matrix
-  std::optional<ColorScale> scale;  ///< lx, of pictures
+  std::string scene, command_line, points, grid, surface, page;
+  std::vector<std::string> outputs, lights, zones;
+  bool melanopic = false;
+  std::vector<std::string> spectra;  ///< LAMP=SPECTRUM
+  int sky_patches = 0;               ///< 0: no matrix
+  std::optional<ColorScale> scale;   ///< lx, of pictures
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
@@ -78,14 +84,22 @@ void check_outputs(const MeasureOptions& o) {
 }
 
 void check_options(MeasureOptions& o) {
-  const int given = int{!o.points.empty()} + int{!o.grid.empty()} + int{!o.surface.empty()};
+  const int given = int{!o.points.empty()} + int{!o.grid.empty()} + int{!o.surface.empty()} + int{!o.zones.empty()};
   if (given != 1)
-    throw CommandLineError(given == 0 ? "no sensors were given" : "sensors were given in more than one way",
-                           "Give one of --points FILE, --grid PLANE,SPACING and --surface NAME,SPACING.");
+    throw CommandLineError(
+        given == 0 ? "no sensors were given" : "sensors were given in more than one way",
+        "Give one of --points FILE, --grid PLANE,SPACING, --surface NAME,SPACING and --zone NAME=...");
+  if (o.outputs.empty() && o.page.empty())
+    throw CommandLineError("no output was given", "Give -o FILE or --report FILE.");
+  if (!o.page.empty() && (o.zones.empty() || o.sky_patches > 0))
+    throw CommandLineError("--report has no zones", "Give --zone NAME=..., without --sky-patches.");
   check_outputs(o);
   read_command_line([&] {
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
+    for (const std::string& spectrum : o.spectra) parse_lamp_spectrum(spectrum);
+    if (!o.spectra.empty() && !o.melanopic) throw Error("--spectrum has no effect", "Give --melanopic, too.");
+    if (o.melanopic && o.sky_patches > 0) throw Error("--sky-patches has no melanopic values", "Leave one out.");
     if (o.table.settings.samples == 1)
       throw Error("--samples 1 leaves the error of a measurement unknown", "Give two samples or more.");
   });
@@ -95,6 +109,7 @@ void check_options(MeasureOptions& o) {
 RenderSettings asked_settings(const MeasureOptions& o) {
   RenderSettings s = o.table.settings;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  if (o.melanopic) s.light_groups = s.separate_layers = true;
   return s;
 }
 
@@ -123,6 +138,13 @@ std::string list_of(const std::vector<std::size_t>& indices) {
 /// Refuses sensors of a file that are inside of objects, and leaves out those of a plane.
 void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& tracer) {
   if (!o.surface.empty()) return;
+  if (!o.zones.empty()) {
+    // They keep their places in the zones, and count for nothing.
+    const std::vector<std::uint32_t> objects = objects_around(sensors, tracer);
+    for (std::size_t i = 0; i < sensors.size(); ++i)
+      if (objects[i] != kNone) sensors.weight[i] = 0;
+    return;
+  }
   const std::vector<std::uint32_t> around = objects_around(sensors, tracer);
   std::vector<std::size_t> inside;
   Sensors free;
@@ -144,7 +166,9 @@ void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& trace
               "Move them out: rays from them meet the back of that object's surface in all directions.");
 }
 
-Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& budget) {
+/// @param zones gets those of --zone
+Sensors make_sensors(const MeasureOptions& o, const Tracer& tracer, MemoryBudget& budget, std::vector<Zone>& zones) {
+  const Scene& scene = tracer.scene();
   Sensors sensors;
   if (!o.points.empty()) {
     Reservation held(budget, "the file of sensors", 0);
@@ -153,34 +177,81 @@ Sensors make_sensors(const MeasureOptions& o, const Scene& scene, MemoryBudget& 
     return from_file_axes(parse_points(text, o.points, origin, most_sensors(budget.available())), scene);
   }
   const std::size_t most = most_sensors(budget.limit());
-  read_command_line(
-      [&] { sensors = o.grid.empty() ? surface_sensors(o.surface, scene, most) : plane_sensors(o.grid, scene, most); });
+  read_command_line([&] {
+    for (const std::string& zone : o.zones) zones.push_back(add_zone(zone, tracer, sensors, most - sensors.size()));
+    if (!o.grid.empty()) sensors = plane_sensors(o.grid, scene, most);
+    if (!o.surface.empty()) sensors = surface_sensors(o.surface, scene, most);
+  });
   return sensors;
 }
 
+std::string report_of(const MeasureOptions& o, const std::vector<Zone>& zones, const Measurement& measurement,
+                      const Job& job, const Tracer& tracer) {
+  const RenderSettings& s = job.settings();
+  ReportTexts texts;
+  texts.title = "Illuminance: " + job.scene().name();
+  texts.command_line = o.command_line;
+  texts.settings = {{"integrator", s.integrator == Integrator::path ? "path" : "gather"},
+                    {"samples of each sensor", fmt::format("{}", job.snapshot().whole_passes())},
+                    {"seed", fmt::format("{}", s.seed)},
+                    {"time", fmt::format("{:.1f} s", job.seconds())},
+                    {"lux for a watt", fmt::format("{:g} lm/W", kLuminousEfficacy)}};
+  texts.notes = choice_notes(o.table.settings, s);
+  for (const std::string& note : job.scene().notes()) texts.notes.push_back(note);
+  for (const std::string& doubt : doubts_after(measurement, job.scene())) texts.notes.push_back(doubt);
+  return room_report(zones, measurement, luminaire_rows(o.changes.changes.luminaires), tracer, texts);
+}
+
 /// Writes the results of a job to all files.
-void write_results(const MeasureOptions& o, const Sensors& sensors, const SensorPlan& plan, const Job& job,
+void write_results(const MeasureOptions& o, const Sensors& sensors, const std::vector<Zone>& zones,
+                   const std::vector<AlphaOpic>& efficacies, const SensorPlan& plan, const Job& job,
                    const Tracer& tracer, OutputFiles& files) {
   const Film film = job.snapshot();
+  Measurement measurement = measurement_of(sensors, film, job.scene());
+  if (!efficacies.empty()) measurement.alpha_opic = alpha_opic_irradiances(film, sensors.size(), efficacies);
   for (const std::string& name : o.outputs) {
     const bool written = files.write(name, [&] {
       write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
-                                         : writer_of(o, name)(measurement_of(sensors, film, job.scene())));
+                                         : writer_of(o, name)(measurement));
     });
     if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
   }
+  if (!o.page.empty() &&
+      files.write(o.page, [&] { write_file(o.page, report_of(o, zones, measurement, job, tracer)); }))
+    inform(fmt::format("wrote {}", o.page));
   if (!o.report.statistics.empty())
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
   files.throw_if_any_failed();
   if (o.sky_patches == 0)
-    for (const std::string& doubt : doubts_after(measurement_of(sensors, film, job.scene()), job.scene()))
-      inform("note: " + doubt);
+    for (const std::string& doubt : doubts_after(measurement, job.scene())) inform("note: " + doubt);
   FilmPicture measured = unfiltered_picture(film, false);
   measured.width = 0;  // sensors need not be beside each other
   const bool by_paths = job.settings().integrator == Integrator::path;
   inform(fmt::format("{} {} of each sensor in {:.2f} s, relative error {:.2g}{}", film.whole_passes(),
                      by_paths ? "paths" : "samples", job.seconds(), relative_error(measured),
                      plan.reason.empty() ? "" : fmt::format(" ({})", plan.reason)));
+}
+
+/// The efficacies of the scene's lights for --melanopic; none without that. Says what makes the results approximate.
+std::vector<AlphaOpic> light_efficacies(const MeasureOptions& o, const Scene& scene) {
+  if (!o.melanopic) return {};
+  std::vector<LampSpectrum> spectra;
+  for (const std::string& text : o.spectra) spectra.push_back(parse_lamp_spectrum(text));
+  std::vector<std::string> without;
+  std::vector<AlphaOpic> out;
+  read_command_line([&] { out = efficacies_of_groups(light_groups(scene), spectra, without); });
+  if (!without.empty())
+    inform(fmt::format("note: lights without --spectrum count as D65: {}", fmt::join(without, ", ")));
+  std::vector<std::string> coloured = coloured_materials(scene);
+  if (coloured.empty()) return out;
+  constexpr std::size_t kShown = 5;
+  const std::size_t count = coloured.size();
+  coloured.resize(std::min(count, kShown));
+  warn(
+      fmt::format("coloured materials change the spectrum of the light that they reflect: its alpha-opic part is "
+                  "approximate. There are {}: {}{}",
+                  count, fmt::join(coloured, ", "), count > kShown ? ", ..." : ""));
+  return out;
 }
 
 int run_measure(MeasureOptions& o) {
@@ -192,8 +263,10 @@ int run_measure(MeasureOptions& o) {
   files.add_input("the scene", o.scene);
   if (!o.points.empty()) files.add_input("--points", o.points);
   for (const std::string& name : o.outputs) files.add("-o", name);
+  if (!o.page.empty()) files.add("--report", o.page);
   if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
   for (const std::string& name : o.outputs) files.probe(name);
+  if (!o.page.empty()) files.probe(o.page);
   if (!o.report.statistics.empty()) files.probe(o.report.statistics);
   files.throw_if_any_failed();
   const auto start = std::chrono::steady_clock::now();
@@ -208,8 +281,10 @@ int run_measure(MeasureOptions& o) {
   const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);
   const auto built = std::chrono::steady_clock::now();
+  const std::vector<AlphaOpic> efficacies = light_efficacies(o, *scene);
   MemoryBudget budget(asked.memory_bytes);
-  Sensors sensors = make_sensors(o, *scene, budget);
+  std::vector<Zone> zones;
+  Sensors sensors = make_sensors(o, *tracer, budget, zones);
   check_inside(o, sensors, *tracer);
   if (o.sky_patches == 0)
     for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
@@ -233,7 +308,7 @@ int run_measure(MeasureOptions& o) {
   job.statistics().add_time(Phase::load, std::chrono::duration<double>(loaded - start).count());
   job.statistics().add_time(Phase::build_accel, std::chrono::duration<double>(built - loaded).count());
   job.statistics().add_time(Phase::total, std::chrono::duration<double>(built - start).count());
-  write_results(o, sensors, plan, job, *tracer, files);
+  write_results(o, sensors, zones, efficacies, plan, job, *tracer, files);
   if (job.samples_not_finite() > 0)
     warn(fmt::format("{} samples are black, because their light was beyond what can be summed",
                      job.samples_not_finite()));
@@ -260,6 +335,8 @@ Examples:
   glowworm measure office.glb --grid y=0.8,0.25 -o lux.html --false-color 50,2000
   glowworm measure office.glb --surface table,0.1 --sky cie:16 -o table.json
   glowworm measure office.glb --points desks.pts --light lamp.ies@2,2.8,1 -o -
+  glowworm measure office.glb --zone desk=1,0.8,1,3,0.8,2 --zone floor=Floor --report room.html
+  glowworm measure office.glb --points eyes.pts --melanopic --spectrum all=4000 -o edi.csv
   glowworm measure office.glb --points desks.pts --sky-patches 145 -o daylight.mtx
 
 The matrix has the irradiance for a radiance of 1 from the ground and from each patch,
@@ -287,18 +364,37 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
                 ".html; - is CSV on standard output")
       ->allow_extra_args(false)
       ->option_text("FILE")
-      ->required()
       ->group("Sensors");
+  c->add_option(
+       "--zone", o->zones,
+       "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
+       "or the front of an object's surface")
+      ->allow_extra_args(false)
+      ->option_text("NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]")
+      ->group("Sensors");
+  add_text(*c, "Sensors", "--report", o->page, "FILE.html",
+           "Report of the zones for A4: mean, minimum, uniformity, cylindrical illuminance, UGR, plans with isolines, "
+           "luminaires, settings");
   c->add_option("--sky-patches", o->sky_patches,
                 "Write the daylight matrix of 145 (Tregenza) or 577 (Reinhart) patches of the sky to .mtx files")
       ->check(CLI::IsMember({145, 577}))
       ->take_last()
       ->option_text("145|577")
       ->group("Sensors");
+  c->add_flag("--melanopic", o->melanopic,
+              "Add the melanopic equivalent daylight illuminance (lx) and the five alpha-opic irradiances of CIE S 026 "
+              "(W m^-2), by the spectrum of each light: exact where surfaces are grey")
+      ->group("Sensors");
+  c->add_option("--spectrum", o->spectra,
+                "The spectrum of a light (as --light names it, or all), for --melanopic: A, D50, D55, D65, D75, E, F2, "
+                "F7, F11; a colour temperature (K); or a file of nm and power, .spd or .csv")
+      ->allow_extra_args(false)
+      ->option_text("LAMP=SPECTRUM [all=D65]")
+      ->group("Sensors");
   add_false_color_option(*c, "Sensors", "Scale of .png and .html from LOW to HIGH (lx)", o->scale);
   c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
       ->allow_extra_args(false)
-      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]]")
+      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
       ->group("Scene");
   add_scene_options(*c, o->changes);
   for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);

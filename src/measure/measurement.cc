@@ -26,6 +26,24 @@ std::string place_of(const Measurement& m, std::size_t sensor, char separator) {
   return fmt::format("{}{}{}{}{}", coordinate(0), separator, coordinate(1), separator, coordinate(2));
 }
 
+/// A column that only some measurements have.
+struct MoreColumn {
+  std::string name;
+  std::vector<double> values;
+};
+
+std::vector<MoreColumn> more_columns(const Measurement& m) {
+  std::vector<MoreColumn> out;
+  if (m.alpha_opic.empty()) return out;
+  out.push_back({"melanopic_EDI_lx", {}});
+  for (const char* response : kAlphaOpicNames) out.push_back({fmt::format("E_{}_W_m2", response), {}});
+  for (const AlphaOpic& e : m.alpha_opic) {
+    out[0].values.push_back(equivalent_daylight(e[kMelanopic], kMelanopic));
+    for (std::size_t k = 0; k < kAlphaOpicCount; ++k) out[k + 1].values.push_back(e[k]);
+  }
+  return out;
+}
+
 }  // namespace
 
 RenderSettings sensor_settings(RenderSettings settings) {
@@ -40,11 +58,11 @@ RenderSettings sensor_settings(RenderSettings settings) {
 
 namespace {
 
-/// Most characters of a sensor in a file: twelve numbers with their names.
-constexpr std::size_t kTextOfSensor = 320;
+/// Most characters of a sensor in a file: eighteen numbers with their names.
+constexpr std::size_t kTextOfSensor = 640;
 /// Bytes of a sensor in all tables.
-constexpr std::size_t kBytesOfSensor =
-    3 * Sensors::kBytesEach + sizeof(std::uint32_t) + 2 * sizeof(Vec3) + sizeof(RGB) + sizeof(float) + kTextOfSensor;
+constexpr std::size_t kBytesOfSensor = 3 * Sensors::kBytesEach + sizeof(std::uint32_t) + 2 * sizeof(Vec3) +
+                                       sizeof(RGB) + sizeof(float) + sizeof(AlphaOpic) + kTextOfSensor;
 
 }  // namespace
 
@@ -111,13 +129,18 @@ std::string measurement_csv(const Measurement& m, const std::string& about) {
       "# {}\n# places in m; irradiance E_W_m2 (mean of the channels), E_R, E_G, E_B in W m^-2; illuminance E_lx in lx, "
       "by "
       "{} lm/W\n# relative_error: error of E_lx over E_lx; the truth lies within twice of it with a chance of 95%\n"
-      "x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error\n",
+      "x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error",
       one_line(about), kLuminousEfficacy);
+  const std::vector<MoreColumn> more = more_columns(m);
+  for (const MoreColumn& column : more) text += "," + column.name;
+  text += "\n";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 n = m.sensors.normal[i];
     const RGB e = m.irradiance[i];
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3g}\n",
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.3g}",
                    place_of(m, i, ','), n.x, n.y, n.z, mean(e), e.r, e.g, e.b, illuminance(e), m.relative_error[i]);
+    for (const MoreColumn& column : more) fmt::format_to(std::back_inserter(text), ",{:.6g}", column.values[i]);
+    text += "\n";
   }
   return text;
 }
@@ -129,22 +152,24 @@ std::string measurement_json(const Measurement& m, const std::string& about) {
   std::string text = json_text(head, 1);
   text.resize(text.size() - 2);  // without the end
   text += ",\n \"points\": [";
+  const std::vector<MoreColumn> more = more_columns(m);
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3d p = m.place(i);
     const Vec3 n = m.sensors.normal[i];
     const RGB e = m.irradiance[i];
-    const json point = {{"x", p.x},
-                        {"y", p.y},
-                        {"z", p.z},
-                        {"nx", n.x},
-                        {"ny", n.y},
-                        {"nz", n.z},
-                        {"E_W_m2", mean(e)},
-                        {"E_R", e.r},
-                        {"E_G", e.g},
-                        {"E_B", e.b},
-                        {"E_lx", illuminance(e)},
-                        {"relative_error", m.relative_error[i]}};
+    json point = {{"x", p.x},
+                  {"y", p.y},
+                  {"z", p.z},
+                  {"nx", n.x},
+                  {"ny", n.y},
+                  {"nz", n.z},
+                  {"E_W_m2", mean(e)},
+                  {"E_R", e.r},
+                  {"E_G", e.g},
+                  {"E_B", e.b},
+                  {"E_lx", illuminance(e)},
+                  {"relative_error", m.relative_error[i]}};
+    for (const MoreColumn& column : more) point[column.name] = column.values[i];
     text += (i > 0 ? ",\n  " : "\n  ") + point.dump();
   }
   return text + "\n ]\n}\n";
@@ -155,11 +180,15 @@ std::string measurement_ply(const Measurement& m, const std::string& about) {
       fmt::format("ply\nformat ascii 1.0\ncomment {}\nelement vertex {}\n", one_line(about), m.sensors.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "E_W_m2", "E_lx", "relative_error"})
     text += fmt::format("property {} {}\n", name[1] == '\0' ? coordinate_type(m) : "float", name);
+  const std::vector<MoreColumn> more = more_columns(m);
+  for (const MoreColumn& column : more) text += fmt::format("property float {}\n", column.name);
   text += "end_header\n";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 n = m.sensors.normal[i];
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {:.6g} {:.6g} {:.3g}\n", place_of(m, i, ' '), n.x, n.y, n.z,
+    fmt::format_to(std::back_inserter(text), "{} {} {} {} {:.6g} {:.6g} {:.3g}", place_of(m, i, ' '), n.x, n.y, n.z,
                    mean(m.irradiance[i]), illuminance(m.irradiance[i]), m.relative_error[i]);
+    for (const MoreColumn& column : more) fmt::format_to(std::back_inserter(text), " {:.6g}", column.values[i]);
+    text += "\n";
   }
   return text;
 }
@@ -174,13 +203,15 @@ std::string measurement_vtk(const Measurement& m, const std::string& about) {
   for (std::size_t i = 0; i < count; ++i) fmt::format_to(std::back_inserter(text), "1 {}\n", i);
   text += fmt::format("POINT_DATA {}\nNORMALS normals float\n", count);
   for (const Vec3 n : m.sensors.normal) fmt::format_to(std::back_inserter(text), "{} {} {}\n", n.x, n.y, n.z);
-  const auto scalars = [&](const char* name, const auto& value) {
+  const auto scalars = [&](const std::string& name, const auto& value) {
     text += fmt::format("SCALARS {} float 1\nLOOKUP_TABLE default\n", name);
     for (std::size_t i = 0; i < count; ++i) fmt::format_to(std::back_inserter(text), "{:.6g}\n", value(i));
   };
   scalars("E_W_m2", [&](std::size_t i) { return mean(m.irradiance[i]); });
   scalars("E_lx", [&](std::size_t i) { return illuminance(m.irradiance[i]); });
   scalars("relative_error", [&](std::size_t i) { return m.relative_error[i]; });
+  for (const MoreColumn& column : more_columns(m))
+    scalars(column.name, [&](std::size_t i) { return column.values[i]; });
   return text;
 }
 

@@ -7,6 +7,7 @@
 
 #include "control/job.h"
 #include "film/film.h"
+#include "measure/alpha_opic.h"
 #include "measure/sensors.h"
 
 namespace glowworm {
@@ -19,6 +20,7 @@ struct Measurement {
   std::vector<RGB> irradiance;  ///< W m^-2 in each channel
   /// Error of the luminance over itself: the truth lies within twice of it with a chance of 95%. 0 where no light is.
   std::vector<float> relative_error;
+  std::vector<AlphaOpic> alpha_opic;  ///< W m^-2 (alpha_opic.h); empty unless asked for
 
   /// The place of a sensor in the user's file, metres.
   Vec3d place(std::size_t sensor) const { return Vec3d(sensors.position[sensor]) + Vec3d(origin); }
@@ -61,7 +63,8 @@ std::string one_line(std::string text);
 
 /// Text files of a measurement. `about` is told in comments, such as the command line.
 /// Comma-separated values, with the header x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is the mean of
-/// the three channels. Lines that begin with # are comments.
+/// the three channels. Lines that begin with # are comments. With alpha-opic irradiances, columns follow for the
+/// melanopic equivalent daylight illuminance (lx) and the five irradiances, in each of these formats.
 std::string measurement_csv(const Measurement& measured, const std::string& about);
 /// One object: "about", "lumens_per_watt", and "points", a list of objects with the columns of the CSV as keys.
 std::string measurement_json(const Measurement& measured, const std::string& about);
