@@ -153,6 +153,9 @@ struct Mesh {
   std::string name = "mesh";
 };
 
+/// A place of a mesh: the rows of the matrix that maps a point (x, y, z, 1) of the mesh to the world, metres.
+using Placement = std::array<std::array<float, 4>, 3>;
+
 /// A light that shines from a point into a cone.
 struct SpotLight {
   Vec3 position{0, 0, 0};    ///< metres
@@ -186,6 +189,10 @@ class SceneBuilder {
   /// Throws Error for arrays of different lengths, an index out of range, an unknown material, or a vertex that is not
   /// finite. Drops triangles without area.
   void add_mesh(const Mesh& mesh);
+  /// Adds a mesh at each of some places, as objects that have its name and a number. Instances cost little memory
+  /// unless they emit light. A place that mirrors leaves the outside outside. Throws Error as add_mesh() does, and for
+  /// a place that is not finite.
+  void add_instances(const Mesh& mesh, std::span<const Placement> places);
   /// @param intensity W sr^-1
   void add_point_light(Vec3 position, Rgb intensity);
   /// @param direction direction of travel; @param irradiance W m^-2, on a surface that faces the light

@@ -52,8 +52,11 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
   const AtlasRequest request = atlas_of(options, settings.memory_bytes);
   const Scene::Implementation& inner = scene.implementation();
   if (!options.allow_outside) check_outside_files(inner.outside_files, inner.gltf_parts.get(), "allow_outside");
-  const BakeLayout layout = lay_out(inner.scene, inner.tracer, request);
-  auto points = std::make_shared<const PointGrid>(texel_points(*inner.scene, *inner.tracer, layout));
+  const std::shared_ptr<const glowworm::Scene> baked_scene = without_instances(inner.scene);
+  const auto tracer =
+      baked_scene == inner.scene ? inner.tracer : std::make_shared<const glowworm::Tracer>(*baked_scene);
+  const BakeLayout layout = lay_out(baked_scene, tracer, request);
+  auto points = std::make_shared<const PointGrid>(texel_points(*baked_scene, *tracer, layout));
   const auto attend_band = [&](const BandRun& run) -> std::exception_ptr {
     const double before = static_cast<double>(run.band.first) / points->height;
     const double share = static_cast<double>(run.band.end - run.band.first) / points->height;
@@ -62,15 +65,15 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
     });
     return nullptr;
   };
-  Baked baked = bake_points(inner.scene, inner.tracer, points, settings, std::nullopt, attend_band);
+  Baked baked = bake_points(baked_scene, tracer, points, settings, std::nullopt, attend_band);
   points = nullptr;
   if (baked.passes == 0) throw Error("the bake ended before every texel had light", "Give it more time.");
   const std::vector<RGB> light =
-      light_of_texels(*inner.scene, layout, std::move(baked.irradiance), shown_light(format, inner.gltf_parts.get()));
+      light_of_texels(*baked_scene, layout, std::move(baked.irradiance), shown_light(format, inner.gltf_parts.get()));
   const float exposure = options.exposure
                              ? *options.exposure
-                             : automatic_exposure(*inner.scene, *inner.tracer, layout, light, quantity_of(format));
-  const EncodedLight encoded = encode_light(layout, light, range_of(*inner.scene, layout, format, exposure));
+                             : automatic_exposure(*baked_scene, *tracer, layout, light, quantity_of(format));
+  const EncodedLight encoded = encode_light(layout, light, range_of(*baked_scene, layout, format, exposure));
   const BakeNotes notes{exposure,
                         "",
                         {},
@@ -79,7 +82,7 @@ void bake(const Scene& scene, const std::string& path, const BakeOptions& option
                         1,
                         options.allow_outside,
                         std::filesystem::path(path).parent_path().string()};
-  write_file(path, glb_of_scene(*inner.scene, layout, encoded, format, notes));
+  write_file(path, glb_of_scene(*baked_scene, layout, encoded, format, notes));
 }
 
 }  // namespace glowworm::api

@@ -11,6 +11,8 @@
 #include "core/names.h"
 #include "import/gltf/parts.h"
 #include "import/import.h"
+#include "import/instance_keeper.h"
+#include "import/mesh_tools.h"
 #include "import/scene_changes.h"
 #include "scene/light_rig.h"
 #include "scene/scene_checks.h"
@@ -133,14 +135,13 @@ std::vector<std::string> Scene::materials() const { return names_of(implementati
 
 std::span<const Vec3> Scene::positions() const {
   static_assert(sizeof(Vec3) == sizeof(glowworm::Vec3));
-  const auto& positions =
-      implementation_->positions ? *implementation_->positions : implementation_->scene->geometry().positions;
+  const std::vector<glowworm::Vec3>& positions = implementation_->geometry().positions;
   return {reinterpret_cast<const Vec3*>(positions.data()), positions.size()};
 }
 
-std::span<const Triangle> Scene::triangles() const { return implementation_->scene->geometry().triangles; }
+std::span<const Triangle> Scene::triangles() const { return implementation_->geometry().triangles; }
 
-std::span<const std::uint32_t> Scene::triangle_materials() const { return implementation_->scene->geometry().material; }
+std::span<const std::uint32_t> Scene::triangle_materials() const { return implementation_->geometry().material; }
 
 Scene Scene::with_camera(const Camera& camera) const { return with_cameras(std::span(&camera, 1)); }
 
@@ -205,6 +206,11 @@ void check_pixels(int width, int height, std::size_t pixels, const char* image) 
 
 struct SceneBuilder::Implementation {
   SceneDescription scene;
+
+  /// Checks a mesh, and copies its arrays.
+  Geometry copy_of(const Mesh& mesh) const;
+  /// The index of a mesh's emission, which is added, or kNone.
+  std::uint32_t add_emission(const Mesh& mesh);
 };
 
 SceneBuilder::SceneBuilder(const std::string& name) : implementation_(std::make_unique<Implementation>()) {
@@ -333,8 +339,7 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
   return static_cast<std::uint32_t>(implementation_->scene.materials.size() - 1);
 }
 
-void SceneBuilder::add_mesh(const Mesh& mesh) {
-  SceneDescription& scene = implementation_->scene;
+Geometry SceneBuilder::Implementation::copy_of(const Mesh& mesh) const {
   check(mesh.material < scene.materials.size(),
         "mesh '" + mesh.name + "' names material " + std::to_string(mesh.material) + " of " +
             std::to_string(scene.materials.size()),
@@ -363,17 +368,52 @@ void SceneBuilder::add_mesh(const Mesh& mesh) {
   }
   geometry.uvs.resize(mesh.positions.size());
   geometry.triangles.assign(mesh.triangles.begin(), mesh.triangles.end());
-  std::uint32_t emission = kNone;
-  if (mesh.radiance.r > 0 || mesh.radiance.g > 0 || mesh.radiance.b > 0) {
-    Emission light;
-    light.name = mesh.name;
-    light.radiance.value = inner(mesh.radiance);
-    light.two_sided = mesh.two_sided;
-    emission = static_cast<std::uint32_t>(scene.emissions.size());
-    scene.emissions.push_back(std::move(light));
+  return geometry;
+}
+
+std::uint32_t SceneBuilder::Implementation::add_emission(const Mesh& mesh) {
+  if (!(mesh.radiance.r > 0 || mesh.radiance.g > 0 || mesh.radiance.b > 0)) return kNone;
+  Emission light;
+  light.name = mesh.name;
+  light.radiance.value = inner(mesh.radiance);
+  light.two_sided = mesh.two_sided;
+  scene.emissions.push_back(std::move(light));
+  return static_cast<std::uint32_t>(scene.emissions.size() - 1);
+}
+
+void SceneBuilder::add_mesh(const Mesh& mesh) {
+  const Geometry geometry = implementation_->copy_of(mesh);
+  const std::uint32_t emission = implementation_->add_emission(mesh);
+  Geometry& all = implementation_->scene.geometry;
+  all.begin_object(mesh.name);
+  append_mesh(all, geometry, mesh.name.c_str(), mesh.material, emission);
+}
+
+void SceneBuilder::add_instances(const Mesh& mesh, std::span<const Placement> places) {
+  const Geometry geometry = implementation_->copy_of(mesh);
+  const std::uint32_t emission = implementation_->add_emission(mesh);
+  Geometry& all = implementation_->scene.geometry;
+  MemoryBudget unlimited;
+  Reservation held(unlimited, "triangles", 0);
+  CoordinateOrigin origin;
+  InstanceKeeper keeper(all, origin, held);
+  const auto make = [&] {
+    SharedMesh shared;
+    append_mesh(shared.geometry, geometry, mesh.name.c_str(), mesh.material, kNone);
+    return shared;
+  };
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::string name = mesh.name + " " + std::to_string(i + 1);
+    const auto column = [&](std::size_t c) { return Vec3d{places[i][0][c], places[i][1][c], places[i][2][c]}; };
+    const TransformDouble to_world{column(0), column(1), column(2), column(3)};
+    check(is_finite(to_world.x) && is_finite(to_world.y) && is_finite(to_world.z) && is_finite(to_world.translation),
+          "the place of " + name + " is not finite", "");
+    if (emission == kNone && keeper.keep(&mesh, to_world, name, make) != kNone) continue;
+    Geometry copy = geometry;
+    place_mesh(copy, to_world, origin);
+    all.begin_object(name);
+    append_mesh(all, copy, name.c_str(), mesh.material, emission);
   }
-  scene.geometry.begin_object(mesh.name);
-  append_mesh(scene.geometry, geometry, mesh.name.c_str(), mesh.material, emission);
 }
 
 void SceneBuilder::add_point_light(Vec3 position, Rgb intensity) {
@@ -443,6 +483,7 @@ void SceneBuilder::add_camera(const Camera& camera) { implementation_->scene.cam
 
 Scene SceneBuilder::build() {
   SceneDescription description = std::exchange(implementation_->scene, SceneDescription());
+  description.geometry.number_instances();
   return Scene(std::make_shared<const Scene::Implementation>(std::move(description)));
 }
 

@@ -1,6 +1,7 @@
 // Contents of a public scene.
 #pragma once
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,12 +27,8 @@ struct Scene::Implementation {
         outside_files(std::move(outside)),
         scene(std::move(whole)),
         traced(scene),
-        tracer(std::make_shared<const glowworm::Tracer>(*traced)) {
-    if (scene->origin() == glowworm::Vec3{0, 0, 0}) return;
-    auto moved = std::make_shared<std::vector<glowworm::Vec3>>(scene->geometry().positions);
-    for (glowworm::Vec3& p : *moved) p = narrow(scene->outside(p));
-    positions = std::move(moved);
-  }
+        tracer(std::make_shared<const glowworm::Tracer>(*traced)),
+        arrays(std::make_shared<Arrays>()) {}
   /// The scene with more cameras, which the tracer does not know of.
   Implementation(const Implementation& other, SceneEdit edit)
       : gltf_parts(other.gltf_parts),
@@ -39,14 +36,30 @@ struct Scene::Implementation {
         scene(std::make_shared<const glowworm::Scene>(*other.scene, std::move(edit))),
         traced(other.traced),
         tracer(other.tracer),
-        positions(other.positions) {}
+        arrays(other.arrays) {}
 
   std::shared_ptr<const GltfParts> gltf_parts;           ///< of a glTF file; null for others
   std::vector<std::string> outside_files;                ///< read from outside of the scene file's folder
   std::shared_ptr<const glowworm::Scene> scene, traced;  ///< `traced` is the tracer's
   std::shared_ptr<const glowworm::Tracer> tracer;
-  /// Vertices in the user's coordinates; null if these are the scene's own.
-  std::shared_ptr<const std::vector<glowworm::Vec3>> positions;
+
+  /// All triangles, without instances, in the user's coordinates.
+  const Geometry& geometry() const {
+    const Geometry& own = traced->geometry();
+    if (own.instances.empty() && scene->origin() == glowworm::Vec3{0, 0, 0}) return own;
+    std::call_once(arrays->made, [&] {
+      arrays->geometry = own.expanded();
+      for (glowworm::Vec3& p : arrays->geometry.positions) p = narrow(scene->outside(p));
+    });
+    return arrays->geometry;
+  }
+
+ private:
+  struct Arrays {
+    std::once_flag made;
+    Geometry geometry;
+  };
+  std::shared_ptr<Arrays> arrays;
 };
 
 }  // namespace glowworm::api

@@ -323,6 +323,8 @@ int run_bake(BakeOptions& o) {
   import_options.light_uvs = true;
   import_options.gltf_parts = std::make_shared<GltfParts>();
   import_options.outside_files = std::make_shared<std::vector<std::string>>();
+  // Each instance needs texels of its own.
+  if (!o.is_probes()) o.changes.changes.expand_instances = true;
   const std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
   if (!o.allow_outside)
     check_outside_files(*import_options.outside_files, import_options.gltf_parts.get(), "--allow-outside");

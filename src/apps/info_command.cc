@@ -119,11 +119,12 @@ void print_scene(const std::shared_ptr<const Scene>& shared) {
   const auto [least, greatest] = file_corners(scene);
   say("scene      {}\n", scene.name());
   say("triangles  {}\n", g.triangle_count());
+  if (!g.instances.empty()) say("instances  {}, of {} meshes\n", g.instances.size(), g.meshes.size());
   say("vertices   {}\n", g.positions.size());
   say("bounds     {} to {} m\n", place_text(least), place_text(greatest));
   if (scene.film().width > 0) say("picture    {}x{} pixels\n", scene.film().width, scene.film().height);
   std::map<std::uint32_t, std::size_t> uses;
-  for (const std::uint32_t m : g.material) ++uses[m];
+  g.for_each_material([&](std::uint32_t m, std::size_t triangles) { uses[m] += triangles; });
   say("materials  {}\n", scene.materials().size());
   for (std::size_t i = 0; i < scene.materials().size(); ++i) {
     const Material& m = scene.materials()[i];
@@ -152,6 +153,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
   const Geometry& g = scene.geometry();
   json out = {{"name", scene.name()},
               {"triangles", g.triangle_count()},
+              {"instances", g.instances.size()},
               {"vertices", g.positions.size()},
               {"bounds_m", {numbers(file_corners(scene)[0]), numbers(file_corners(scene)[1])}},
               {"origin_m", numbers(file_place(scene, {0, 0, 0}))},
@@ -159,7 +161,7 @@ void print_json(const std::shared_ptr<const Scene>& shared) {
               {"textures", scene.textures().size()},
               {"power_w", scene.light_power().total()}};
   std::vector<std::size_t> uses(scene.materials().size());
-  for (const std::uint32_t m : g.material) ++uses[m];
+  g.for_each_material([&](std::uint32_t m, std::size_t triangles) { uses[m] += triangles; });
   for (const char* list : {"objects", "materials", "media", "lights", "cameras", "notes"}) out[list] = json::array();
   for (const ObjectStart& object : g.objects) out["objects"].push_back(object.name);
   for (std::size_t i = 0; i < uses.size(); ++i) {

@@ -328,9 +328,17 @@ bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position) {
          kNearlyAll;
 }
 
+std::shared_ptr<const Scene> without_instances(const std::shared_ptr<const Scene>& scene) {
+  if (scene->geometry().instances.empty()) return scene;
+  SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), nullptr, {}, ""};
+  edit.geometry = std::make_shared<const Geometry>(scene->geometry().expanded());
+  return std::make_shared<const Scene>(*scene, std::move(edit));
+}
+
 BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                    const AtlasRequest& request) {
   const Geometry& g = scene->geometry();
+  if (!g.instances.empty()) throw Error("the scene to bake has instances", "Bake without_instances() of it.");
   BakeLayout layout;
   layout.roofs.resize(g.triangle_count(), 0);
   const std::vector<BakeFace> fronts = baked_fronts(*scene, find_lamps(scene, tracer), layout.notes);

@@ -36,9 +36,14 @@ bool is_bakeable(const Scene& scene, std::uint32_t material);
 /// Whether nearly all rays from a place meet the backs of surfaces.
 bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position);
 
+/// The scene with a copy of the mesh for each instance, because each needs texels of its own. Triangles keep their
+/// numbers.
+std::shared_ptr<const Scene> without_instances(const std::shared_ptr<const Scene>& scene);
+
 /// Chooses the faces to bake and lays them out: all but those of glass, mirrors, and lamps whose own light is all that
 /// shows. Where light arrives on the backs of a surface that is seen from both sides, its backs are baked, too. Throws
-/// Error if nothing is left, if an atlas is too small, or if the tables of all texels exceed the memory.
+/// Error if the scene has instances, if nothing is left, if an atlas is too small, or if the tables of all texels
+/// exceed the memory.
 BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                    const AtlasRequest& request);
 

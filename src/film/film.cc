@@ -134,20 +134,23 @@ void Film::add_place(std::size_t pixel, const FirstHit& first_hit, std::size_t s
   const std::uint32_t triangle = first_hit.triangle[slot];
   if (triangle == kNone) return;
   const Vec2 at = first_hit.barycentric[slot];
-  const auto& vertices = geometry.triangles[triangle];
-  const auto interpolated = [&](const auto& of) {
-    return of[vertices[0]] * (1 - at.x - at.y) + of[vertices[1]] * at.x + of[vertices[2]] * at.y;
+  const auto interpolated = [&](const auto& a, const auto& b, const auto& c) {
+    return a * (1 - at.x - at.y) + b * at.x + c * at.y;
   };
   if (places_.position) {
-    const Vec3 p = interpolated(geometry.positions);
+    const auto [a, b, c] = geometry.corners(triangle);
+    const Vec3 p = interpolated(a, b, c);
     add(position_[pixel], RGB(p.x, p.y, p.z));
   }
   if (places_.uv) {
-    const Vec2 uv = interpolated(geometry.uvs);
+    const StoredTriangle stored = geometry.stored(triangle);
+    const auto& [a, b, c] = stored.mesh->triangles[stored.index];
+    const std::vector<Vec2>& uvs = stored.mesh->uvs;
+    const Vec2 uv = interpolated(uvs[a], uvs[b], uvs[c]);
     add(uv_[pixel], RGB(uv.x, uv.y, 0));
   }
   if (places_.objects) count(objects_[pixel], geometry.object_of(triangle));
-  if (places_.materials) count(materials_[pixel], geometry.material[triangle]);
+  if (places_.materials) count(materials_[pixel], geometry.material_of(triangle));
 }
 
 void Film::add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit,

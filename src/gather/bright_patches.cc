@@ -73,9 +73,8 @@ std::uint32_t cell_of(Vec2 barycentric, int level) {
 }
 
 Vec3 point_on(const Geometry& geometry, std::uint32_t triangle, Vec2 b) {
-  const auto& [p, q, r] = geometry.triangles[triangle];
-  const Vec3 a = geometry.positions[p];
-  return a + (geometry.positions[q] - a) * b.x + (geometry.positions[r] - a) * b.y;
+  const auto [p, q, r] = geometry.corners(triangle);
+  return p + (q - p) * b.x + (r - p) * b.y;
 }
 
 }  // namespace
@@ -106,20 +105,21 @@ BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, cons
   }
   std::vector<Hit> hits(rays.size());
   tracer.intersect(rays, hits, RayOrder::incoherent);
-  level_.assign(geometry.triangle_count(), kNoLevel);
+  level_.assign(geometry.triangles.size(), kNoLevel);
   std::vector<double> irradiance, count;
   std::vector<LightBounds> bounds;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const std::uint32_t triangle = hits[i].triangle;
-    if (triangle == kNone || geometry.emission[triangle] != kNone) continue;
+    if (triangle == kNone || geometry.emission_of(triangle) != kNone) continue;
     SurfacePoint point = surface_point(scene, triangle, hits[i].barycentric);
     const Vec3 wo = places.normal[place[i]];
     const Bsdf bsdf = resolve_bsdf(scene, point);
     const float scattered = luminance(shaded(point, bsdf).albedo(wo, kBroad));
     if (!(scattered > 0)) continue;
-    if (level_[triangle] == kNoLevel)
-      level_[triangle] = static_cast<std::uint8_t>(level_of(geometry, triangle, radii.radius(point.position)));
-    const std::uint32_t patch = add(geometry, triangle, cell_of(hits[i].barycentric, level_[triangle]));
+    if (level(triangle) == kNoLevel)
+      (triangle < level_.size() ? level_[triangle] : instance_level_[triangle]) =
+          static_cast<std::uint8_t>(level_of(geometry, triangle, radii.radius(point.position)));
+    const std::uint32_t patch = add(geometry, triangle, cell_of(hits[i].barycentric, level(triangle)));
     if (patch == bounds.size()) {
       LightBounds& b = bounds.emplace_back();
       const Patch& p = patches_[patch];
@@ -144,7 +144,7 @@ std::uint32_t BrightPatches::add(const Geometry& geometry, std::uint32_t triangl
   const auto [entry, is_new] =
       of_cell_.try_emplace(key_of(triangle, cell), static_cast<std::uint32_t>(patches_.size()));
   if (!is_new) return entry->second;
-  const int n = 1 << level_[triangle];
+  const int n = 1 << level(triangle);
   const float step = 1 / static_cast<float>(n);
   const int square = static_cast<int>(cell / 2);
   const auto i = static_cast<float>(square / n), j = static_cast<float>(square % n);
@@ -159,7 +159,7 @@ std::uint32_t BrightPatches::add(const Geometry& geometry, std::uint32_t triangl
 }
 
 std::uint32_t BrightPatches::find_cell(std::uint32_t triangle, Vec2 barycentric) const {
-  const auto found = of_cell_.find(key_of(triangle, cell_of(barycentric, level_[triangle])));
+  const auto found = of_cell_.find(key_of(triangle, cell_of(barycentric, level(triangle))));
   return found == of_cell_.end() ? kNone : found->second;
 }
 

@@ -40,7 +40,7 @@ class BrightPatches {
 
   /// The patch that contains a point of a triangle, or kNone.
   std::uint32_t find(std::uint32_t triangle, Vec2 barycentric) const {
-    return level_.empty() || level_[triangle] == kNoLevel ? kNone : find_cell(triangle, barycentric);
+    return level(triangle) == kNoLevel ? kNone : find_cell(triangle, barycentric);
   }
   std::uint32_t triangle(std::uint32_t patch) const { return patches_[patch].triangle; }
   /// Density per m^2 of the points that sample() chooses on a patch.
@@ -63,9 +63,15 @@ class BrightPatches {
   std::uint32_t find_cell(std::uint32_t triangle, Vec2 barycentric) const;
   std::uint32_t add(const Geometry& geometry, std::uint32_t triangle, std::uint32_t cell);
   static constexpr std::uint8_t kNoLevel = 255;
+  /// The number of times the sides of a triangle are halved, or kNoLevel: there is no patch on it.
+  std::uint8_t level(std::uint32_t triangle) const {
+    if (triangle < level_.size()) return level_[triangle];
+    const auto found = instance_level_.find(triangle);
+    return found == instance_level_.end() ? kNoLevel : found->second;
+  }
 
-  std::vector<std::uint8_t>
-      level_;  // for each triangle: number of times its sides are halved; kNoLevel: no patch on it
+  std::vector<std::uint8_t> level_;                                 // empty, or of each triangle of no instance
+  std::unordered_map<std::uint32_t, std::uint8_t> instance_level_;  // of the other triangles with patches
   std::unordered_map<std::uint64_t, std::uint32_t> of_cell_;
   std::vector<Patch> patches_;
   LightTree tree_;

@@ -25,7 +25,7 @@ std::uint64_t material_bytes() { return 2 * sizeof(Material); }
 std::uint64_t mesh_bytes(const Geometry& mesh) {
   const auto bytes = [](const auto& array) { return std::uint64_t{array.size()} * sizeof array[0]; };
   return bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.second_uvs) + bytes(mesh.colors) +
-         bytes(mesh.triangles) + bytes(mesh.material) + bytes(mesh.emission);
+         bytes(mesh.triangles) + bytes(mesh.material) + bytes(mesh.emission) + bytes(mesh.instances);
 }
 
 std::uint64_t scene_bytes(const Geometry& mesh) { return scene_bytes(mesh.triangles.size(), mesh.positions.size()); }
@@ -53,6 +53,8 @@ void turn_mesh(Geometry& mesh, const Transform& to_world) {
 
 void transform_mesh(Geometry& mesh, const Transform& to_world) {
   for (Vec3& p : mesh.positions) p = to_world.point(p);
+  for (Instance& instance : mesh.instances) instance.to_world = to_world * instance.to_world;
+  if (!mesh.instances.empty()) mesh.number_instances();
   turn_mesh(mesh, to_world);
 }
 

@@ -174,9 +174,21 @@ Environment read_environment(const std::string& path, const std::shared_ptr<Memo
   return environment;
 }
 
+namespace {
+
+void expand_instances(SceneDescription& d, MemoryBudget& budget) {
+  std::uint64_t bytes = 0;
+  for (const Instance& instance : d.geometry.instances) bytes += scene_bytes(*d.geometry.meshes[instance.mesh]);
+  const Reservation room(budget, "copies of instances", bytes);
+  d.geometry = d.geometry.expanded();
+}
+
+}  // namespace
+
 void change_scene(SceneDescription& d, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget) {
   d.studio_light = changes.studio_light;
   for (const std::string& text : changes.materials) change_material(text, d, *budget);
+  if (changes.expand_instances) expand_instances(d, *budget);
   const bool z_up = changes.z_up.value_or(d.z_up);
   if (z_up != d.z_up || changes.metres_per_unit != 1) change_space(d, z_up, changes.metres_per_unit);
   if (!changes.view_file.empty()) add_views(d, changes.view_file, *budget);

@@ -24,6 +24,7 @@ struct SceneChanges {
   std::optional<bool> z_up;
   float metres_per_unit = 1;                    ///< scale of the file's lengths
   Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
+  bool expand_instances = false;                ///< into copies of their meshes
   bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
   std::optional<CameraKind> projection;         ///< of all cameras; those of angles show 180 degrees by default

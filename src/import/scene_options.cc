@@ -59,6 +59,11 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) {
        c.luminous_openings = name_index("--lamp-openings", text, {"off", "on"}) == 1;
      }},
+    {"--instances", "keep|expand [keep]",
+     "Keep one copy of a mesh that the file places many times, or copy it each time",
+     [](SceneChanges& c, const std::string& text) {
+       c.expand_instances = name_index("--instances", text, {"keep", "expand"}) == 1;
+     }},
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--up", "y|z [y; z of .rad]",

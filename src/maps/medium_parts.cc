@@ -181,7 +181,7 @@ class PartInMedium {
       if (hit.triangle == kNone) return sum;
       const PathMedium before = path.medium;
       pass_interface(scene_, path, hit);
-      if (!passed_[scene_.geometry().material[hit.triangle]]) {
+      if (!passed_[scene_.geometry().material_of(hit.triangle)]) {
         path.medium = before;
         in_body = !in_body;
       }

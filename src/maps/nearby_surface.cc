@@ -45,16 +45,27 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
 /// Copies a triangle if the cylinder may contain a part of it. False if the copies cannot be used.
 bool NearbySurface::copy(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
-  const DiffuseTriangle& t = scene.diffuse_triangle(triangle);
-  const Vec3 c = frame_.to_local(t.corner - cluster_->center);
-  const Vec3 e = frame_.to_local(t.edge[0]), f = frame_.to_local(t.edge[1]);
+  const auto [c, e, f] = local_triangle(triangle);
   const float highest = c.z + std::max({0.0f, e.z, f.z});
   if (highest < lowest_ || c.z + std::min({0.0f, e.z, f.z}) > highest_ || !reaches({c, c + e, c + f})) return true;
   const auto is_it = [&](const Triangle& other) { return other.index == triangle; };
   if (std::any_of(triangles_.begin(), triangles_.end(), is_it)) return true;
-  if (triangles_.size() == kMostCopied || scene.has_alpha(scene.geometry().material[triangle])) return false;
+  if (triangles_.size() == kMostCopied || scene.has_alpha(scene.geometry().material_of(triangle))) return false;
   triangles_.push_back({{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}}, highest, triangle});
   return true;
+}
+
+/// The corner and edges of a triangle in the cluster's frame.
+std::array<Vec3, 3> NearbySurface::local_triangle(std::uint32_t triangle) const {
+  const Scene& scene = tracer_.scene();
+  if (scene.stores(triangle)) {
+    DiffuseTriangleRoom unused;
+    const DiffuseTriangle& t = scene.diffuse_triangle(triangle, unused);
+    return {frame_.to_local(t.corner - cluster_->center), frame_.to_local(t.edge[0]), frame_.to_local(t.edge[1])};
+  }
+  // Many are visited near instances, and the rest of a DiffuseTriangle takes longer than its place.
+  const auto [a, b, c] = scene.geometry().corners(triangle);
+  return {frame_.to_local(a - cluster_->center), frame_.to_local(b - a), frame_.to_local(c - a)};
 }
 
 /// Whether a triangle, in the cluster's frame, comes within reach of the axis.

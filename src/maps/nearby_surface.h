@@ -72,6 +72,7 @@ class NearbySurface {
 
  private:
   bool copy(std::uint32_t triangle);
+  std::array<Vec3, 3> local_triangle(std::uint32_t triangle) const;
   bool reaches(const std::array<Vec3, 3>& corner) const;
   void meet_copied(const Segments& segments, float first);
   void order(std::size_t segments, float step);

@@ -89,7 +89,7 @@ std::vector<AlphaOpic> alpha_opic_irradiances(const Film& film, std::size_t sens
 
 std::vector<std::string> coloured_materials(const Scene& scene) {
   std::vector<bool> used(scene.materials().size(), false);
-  for (const std::uint32_t material : scene.geometry().material) used[material] = true;
+  scene.geometry().for_each_material([&](std::uint32_t material, std::size_t) { used[material] = true; });
   std::vector<std::string> out;
   for (std::size_t i = 0; i < used.size(); ++i) {
     const Material& m = scene.materials()[i];

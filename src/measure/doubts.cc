@@ -65,7 +65,7 @@ bool is_behind_surface(const HungLamp& lamp, const Tracer& tracer) {
   ray.t_max = std::numeric_limits<float>::infinity();
   Hit hit = tracer.intersect(ray);
   // The faces of its own opening let the ray pass.
-  while (hit.triangle != kNone && scene.is_pane(scene.geometry().material[hit.triangle])) {
+  while (hit.triangle != kNone && scene.is_pane(scene.geometry().material_of(hit.triangle))) {
     ray.t_min = std::nextafter(hit.distance + scene.diffuse_triangle(hit.triangle).offset(), HUGE_VALF);
     hit = tracer.intersect(ray);
   }

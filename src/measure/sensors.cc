@@ -76,9 +76,11 @@ std::array<Vec3, 14> directions_around() {
 std::vector<Box3> boxes_of_small_objects(const Scene& scene) {
   const Geometry& g = scene.geometry();
   std::vector<Box3> boxes(g.objects.size());
-  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
-    if (const std::uint32_t object = g.object_of(t); object != kNone)
-      for (const std::uint32_t vertex : g.triangles[t]) boxes[object].grow(g.positions[vertex]);
+  std::uint32_t t = 0;
+  g.for_each_triangle([&](const std::array<Vec3, 3>& corners) {
+    if (const std::uint32_t object = g.object_of(t++); object != kNone)
+      for (const Vec3& corner : corners) boxes[object].grow(corner);
+  });
   const Vec3 whole = scene.bounds().diagonal();
   for (Box3& box : boxes) {
     const Vec3 size = box.empty() ? whole : box.diagonal();
@@ -207,8 +209,8 @@ Sensors surface_sensors(const std::string& text, const Scene& scene, std::size_t
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     const std::uint32_t object = g.object_of(t);
     if (object == kNone || g.objects[object].name != name || !(g.doubled_area(t) > 0) || scene.repeats(t)) continue;
-    const auto& [a, b, c] = g.triangles[t];
-    const Vec3 corner = g.positions[a], u = g.positions[b] - corner, v = g.positions[c] - corner;
+    const auto [corner, second, third_corner] = g.corners(t);
+    const Vec3 u = second - corner, v = third_corner - corner;
     const double longest = std::max({length(u), length(v), length(v - u)});
     const double parts = std::max(std::ceil(longest / spacing), 1.0);
     check_number(static_cast<double>(out.size()) + parts * parts, text, most);

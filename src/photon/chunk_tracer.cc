@@ -297,7 +297,7 @@ class ChunkTracers::ChunkTracer {
     // other points may have one.
     if (arrived.factor > 0 &&
         (pass_.on_all_surfaces || vertex.has(kBroad) ||
-         may_have_lobes(scene_, vertex.point, scene_.geometry().material[hit.triangle], kBroad))) {
+         may_have_lobes(scene_, vertex.point, scene_.geometry().material_of(hit.triangle), kBroad))) {
       outcome |= kPhotonLeft;
       block_.put_photon(i, vertex.point.position, vertex.normal(), arriving);
       block_.put_back(i, arrived.back);

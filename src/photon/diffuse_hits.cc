@@ -30,7 +30,8 @@ void DiffuseHits::place(const Scene& scene, std::span<const Hit> hits, std::size
     if (fetched) fetch_ahead<true>(scene, first + i, hits.size(), [&](std::size_t at) { return hits[at].triangle; });
     const Hit& hit = hits[first + i];
     const bool missed = hit.triangle == kNone;
-    const DiffuseTriangle& triangle = missed ? kNothing : scene.diffuse_triangle(hit.triangle);
+    DiffuseTriangleRoom room;
+    const DiffuseTriangle& triangle = missed ? kNothing : scene.diffuse_triangle(hit.triangle, room);
     put(corner_, i, triangle.corner);
     put(edges_, i, triangle.edge[0]);
     put(edges_ + 3, i, triangle.edge[1]);
@@ -51,12 +52,11 @@ void DiffuseHits::place(const Scene& scene, std::span<const Hit> hits, std::size
 }
 
 void DiffuseHits::place_normals(const Geometry& geometry, const Hit* hits, std::size_t count) {
-  const auto* const triangles = geometry.triangles.data();
-  const Vec3* const normals = geometry.normals.data();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t triangle = hits[i].triangle == kNone ? 0 : hits[i].triangle;
+    const std::array<Vec3, 3> normals = geometry.corner_normals(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3 normal = normals[triangles[triangle][corner]];
+      const Vec3 normal = normals[corner];
       vertex_normals_[3 * corner][i] = normal.x;
       vertex_normals_[3 * corner + 1][i] = normal.y;
       vertex_normals_[3 * corner + 2][i] = normal.z;

@@ -78,7 +78,8 @@ void EmissionBlock::set_triangles(const Scene& scene, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     if (kind_[i] != kTriangle) continue;
     const std::uint32_t triangle = emissive[light_[i]];
-    const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+    DiffuseTriangleRoom room;
+    const DiffuseTriangle& placed = scene.diffuse_triangle(triangle, room);
     for (int k = 0; k < 3; ++k) {
       corner_[k][i] = placed.corner[k];
       edges_[k][i] = placed.edge[0][k];

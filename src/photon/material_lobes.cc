@@ -38,12 +38,22 @@ bool may_have_lobes(const Scene& scene, const SurfacePoint& point, std::uint32_t
 bool may_have_lobes(const Scene& scene, Lobes wanted) {
   const Geometry& g = scene.geometry();
   std::vector<bool> seen(scene.materials().size(), false);
-  for (std::uint32_t triangle = 0; triangle < g.triangle_count(); ++triangle) {
-    const std::uint32_t material = g.material[triangle];
-    if (seen[material]) continue;
-    seen[material] = true;
-    constexpr float kThird = 1.0f / 3;
-    if (may_have_lobes(scene, surface_point(scene, triangle, {kThird, kThird}), material, wanted)) return true;
+  const auto some_have = [&](const std::vector<std::uint32_t>& materials, std::uint32_t first_triangle) {
+    for (std::uint32_t i = 0; i < materials.size(); ++i) {
+      if (seen[materials[i]]) continue;
+      seen[materials[i]] = true;
+      constexpr float kThird = 1.0f / 3;
+      const SurfacePoint point = surface_point(scene, first_triangle + i, {kThird, kThird});
+      if (may_have_lobes(scene, point, materials[i], wanted)) return true;
+    }
+    return false;
+  };
+  if (some_have(g.material, 0)) return true;
+  std::vector<bool> looked(g.meshes.size(), false);
+  for (const Instance& instance : g.instances) {
+    if (looked[instance.mesh]) continue;
+    looked[instance.mesh] = true;
+    if (some_have(g.meshes[instance.mesh]->material, instance.first)) return true;
   }
   return false;
 }

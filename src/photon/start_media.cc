@@ -8,7 +8,7 @@ namespace {
 
 /// The medium that a lamp names on a side, or that the surfaces around tell.
 PathMedium on_side(const Tracer& tracer, std::uint32_t triangle, Vec3 side) {
-  const DiffuseTriangle& t = tracer.scene().diffuse_triangle(triangle);
+  const DiffuseTriangle t = tracer.scene().diffuse_triangle(triangle);
   const Vec3 middle = t.corner + (t.edge[0] + t.edge[1]) / 3;
   const PathMedium around = medium_at_start(tracer, offset_origin(middle, side, t.offset()), side);
   const PathMedium named = medium_behind(tracer.scene(), around, triangle, side);

@@ -105,7 +105,9 @@ struct MeshOptions {
   std::string name;
 };
 
-void add_mesh(SceneBuilder& builder, const py::object& positions, const py::object& indices, const MeshOptions& o) {
+/// Calls add(mesh) with a mesh of arrays.
+template <typename Add>
+void with_mesh(const py::object& positions, const py::object& indices, const MeshOptions& o, const Add& add) {
   const Floats vertices = vectors(positions, "positions");
   const auto corners = triangles(indices, "triangles");
   const Floats normals = o.normals.is_none() ? Floats() : vectors(o.normals, "normals", vertices.shape(0), "positions");
@@ -120,7 +122,22 @@ void add_mesh(SceneBuilder& builder, const py::object& positions, const py::obje
   if (!o.radiance.is_none()) mesh.radiance = color(o.radiance, "radiance");
   mesh.two_sided = o.two_sided;
   mesh.name = o.name;
-  builder.add_mesh(mesh);
+  add(mesh);
+}
+
+/// The places of instances: (n, 3, 4) or (n, 4, 4).
+std::vector<api::Placement> placements(const py::object& transforms) {
+  const Floats array = floats(transforms, "transforms");
+  if (array.ndim() != 3 || array.shape(1) < 3 || array.shape(1) > 4 || array.shape(2) != 4)
+    throw py::value_error("transforms are not of shape (n, 3, 4) or (n, 4, 4)");
+  const auto values = array.unchecked<3>();
+  std::vector<api::Placement> out(static_cast<std::size_t>(array.shape(0)));
+  for (py::ssize_t i = 0; i < array.shape(0); ++i)
+    for (py::ssize_t row = 0; row < 3; ++row)
+      for (py::ssize_t column = 0; column < 4; ++column)
+        out[static_cast<std::size_t>(i)][static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
+            values(i, row, column);
+  return out;
 }
 
 /// Throws ValueError unless an image has red, green and blue.
@@ -321,6 +338,39 @@ void bind_builder_lights(py::class_<SceneBuilder>& builder) {
           "3), row by row from the top (+y), whose middle column looks along -z.");
 }
 
+void bind_builder_meshes(py::class_<SceneBuilder>& builder) {
+  builder
+      .def(
+          "add_mesh",
+          [](SceneBuilder& self, const py::object& positions, const py::object& indices, std::uint32_t material,
+             const py::object& normals, const py::object& uvs, const py::object& radiance, bool two_sided,
+             const std::string& name) {
+            with_mesh(positions, indices, {material, normals, uvs, radiance, two_sided, name},
+                      [&](const api::Mesh& mesh) { self.add_mesh(mesh); });
+          },
+          py::arg("positions"), py::arg("triangles"), py::kw_only(), py::arg("material") = 0,
+          py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("radiance") = py::none(),
+          py::arg("two_sided") = false, py::arg("name") = "mesh",
+          "Adds triangles. The arrays are copied.\n\n"
+          "positions: (n, 3), metres. triangles: (m, 3), indices into positions, counter-clockwise seen from outside.\n"
+          "material: returned by add_material(). normals: (n, 3), unit, for smooth shading. uvs: (n, 2), texture\n"
+          "coordinates. radiance: W sr^-1 m^-2, RGB or one number, emitted by the front, and by the back if two_sided.")
+      .def(
+          "add_instances",
+          [](SceneBuilder& self, const py::object& positions, const py::object& indices, const py::object& transforms,
+             std::uint32_t material, const py::object& normals, const py::object& uvs, const py::object& radiance,
+             bool two_sided, const std::string& name) {
+            with_mesh(positions, indices, {material, normals, uvs, radiance, two_sided, name},
+                      [&](const api::Mesh& mesh) { self.add_instances(mesh, placements(transforms)); });
+          },
+          py::arg("positions"), py::arg("triangles"), py::arg("transforms"), py::kw_only(), py::arg("material") = 0,
+          py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("radiance") = py::none(),
+          py::arg("two_sided") = false, py::arg("name") = "mesh",
+          "Adds a mesh at many places, with little memory for each unless it emits light. The arrays are those of\n"
+          "add_mesh(), in the mesh's own space. transforms: (n, 3, 4) or (n, 4, 4), matrices from there to the world.\n"
+          "Each place is an object whose name has a number.");
+}
+
 void bind_builder(py::module_& module) {
   py::class_<SceneBuilder> builder(module, "SceneBuilder", "Makes a scene from arrays, step by step.");
   builder.def(py::init<const std::string&>(), py::arg("name") = "scene")
@@ -368,24 +418,11 @@ void bind_builder(py::module_& module) {
           "add_texture", &add_texture, py::arg("image"),
           "Adds a texture and returns its index. image: (height, width, 3), linear RGB in [0, 1], row by row from the\n"
           "top. It is filtered and repeats; (0, 0) is its lower left corner, (1, 1) its upper right one.")
-      .def(
-          "add_mesh",
-          [](SceneBuilder& self, const py::object& positions, const py::object& indices, std::uint32_t material,
-             const py::object& normals, const py::object& uvs, const py::object& radiance, bool two_sided,
-             const std::string& name) {
-            add_mesh(self, positions, indices, {material, normals, uvs, radiance, two_sided, name});
-          },
-          py::arg("positions"), py::arg("triangles"), py::kw_only(), py::arg("material") = 0,
-          py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("radiance") = py::none(),
-          py::arg("two_sided") = false, py::arg("name") = "mesh",
-          "Adds triangles. The arrays are copied.\n\n"
-          "positions: (n, 3), metres. triangles: (m, 3), indices into positions, counter-clockwise seen from outside.\n"
-          "material: returned by add_material(). normals: (n, 3), unit, for smooth shading. uvs: (n, 2), texture\n"
-          "coordinates. radiance: W sr^-1 m^-2, RGB or one number, emitted by the front, and by the back if two_sided.")
       .def("add_camera", &SceneBuilder::add_camera, py::arg("camera"))
       .def("build", &SceneBuilder::build, py::call_guard<py::gil_scoped_release>(),
            "Returns the scene. Adds a camera that frames it if there is none, and a sky if there is no light. The\n"
            "builder is empty afterwards.");
+  bind_builder_meshes(builder);
   bind_builder_lights(builder);
 }
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "scene/placed_box.h"
+
 namespace glowworm {
 
 namespace {
@@ -14,29 +16,69 @@ constexpr std::array<Vec3, 6> kSides = {Vec3{0, 0, 1},  Vec3{1, 0, 0}, Vec3{0, 0
                                         Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}};
 constexpr std::size_t kLevel = 4, kUp = 4;  ///< the first four are level
 
+using Corners = std::array<Vec3, 3>;
+
 enum class Side : std::uint8_t {
   open,
   wall,   ///< a surface that faces the origin of the ray
   solid,  ///< a surface that faces away
 };
 
+/// Whether a ray meets a box.
+bool meets(const Box3& box, Vec3 origin, Vec3 direction) {
+  float near = 0, far = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = box.min[axis] - origin[axis], high = box.max[axis] - origin[axis];
+    if (direction[axis] == 0) {
+      if (low > 0 || high < 0) return false;
+      continue;
+    }
+    const float a = low / direction[axis], b = high / direction[axis];
+    near = std::max(near, std::min(a, b));
+    far = std::min(far, std::max(a, b));
+  }
+  return near <= far;
+}
+
+/// The boxes of instances.
+std::vector<Box3> boxes_of_instances(const Geometry& geometry) {
+  std::vector<Box3> meshes, out;
+  for (const auto& mesh : geometry.meshes) meshes.push_back(mesh->bounds());
+  for (const Instance& instance : geometry.instances)
+    out.push_back(placed_box(instance.to_world, meshes[instance.mesh]));
+  return out;
+}
+
+/// Calls use(corners) for the triangles that a ray may meet, in order.
+template <typename Use>
+void for_triangles_along(const Geometry& geometry, Vec3 origin, Vec3 direction, Use&& use) {
+  for (std::uint32_t t = 0; t < geometry.triangles.size(); ++t) use(geometry.corners(t));
+  const std::vector<Box3> boxes = boxes_of_instances(geometry);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (!meets(boxes[i], origin, direction)) continue;
+    const Geometry* mesh = geometry.meshes[geometry.instances[i].mesh].get();
+    for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t)
+      use(Geometry::corners({mesh, t, &geometry.instances[i]}));
+  }
+}
+
 /// First hit of a ray from `origin` (Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997).
 Side first_surface(const Geometry& geometry, Vec3 origin, Vec3 direction) {
   float nearest = std::numeric_limits<float>::infinity();
   Side side = Side::open;
-  for (const auto& [a, b, c] : geometry.triangles) {
-    const Vec3 p = geometry.positions[a], e1 = geometry.positions[b] - p, e2 = geometry.positions[c] - p;
+  for_triangles_along(geometry, origin, direction, [&](const Corners& corners) {
+    const Vec3 p = corners[0], e1 = corners[1] - p, e2 = corners[2] - p;
     const Vec3 h = cross(direction, e2);
     const float determinant = dot(e1, h);
-    if (determinant == 0) continue;
+    if (determinant == 0) return;
     const Vec3 s = (origin - p) / determinant;
     const float u = dot(s, h);
     const Vec3 q = cross(s, e1);
     const float v = dot(direction, q), t = dot(e2, q);
-    if (!(u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < nearest)) continue;
+    if (!(u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < nearest)) return;
     nearest = t;
     side = determinant > 0 ? Side::wall : Side::solid;
-  }
+  });
   return side;
 }
 
@@ -58,10 +100,10 @@ class CoarseScene {
     padded_ = {box_.min - Vec3{1, 1, 1} * cell_, box_.max + Vec3{1, 1, 1} * cell_};
     full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], false);
     double points = 0;
-    for (const auto& triangle : geometry.triangles) points += std::pow(parts(geometry, triangle), 2) / 2;
+    geometry.for_each_triangle([&](const Corners& corners) { points += std::pow(parts(corners), 2) / 2; });
     const double step = std::max(1.0, std::sqrt(points / kMaxPoints));
-    for (const auto& triangle : geometry.triangles)
-      fill(geometry, triangle, std::max(1, static_cast<int>(parts(geometry, triangle) / step)));
+    geometry.for_each_triangle(
+        [&](const Corners& corners) { fill(corners, std::max(1, static_cast<int>(parts(corners) / step))); });
   }
   float cell() const { return cell_; }
   const Box3& box() const { return box_; }
@@ -81,14 +123,14 @@ class CoarseScene {
   static constexpr int kCells = 128;
   static constexpr double kMaxPoints = 5e7;
 
-  int parts(const Geometry& g, const std::array<std::uint32_t, 3>& t) const {
-    const Vec3 a = g.positions[t[0]], b = g.positions[t[1]], c = g.positions[t[2]];
+  int parts(const Corners& corners) const {
+    const auto& [a, b, c] = corners;
     return 1 + static_cast<int>(std::max({length(b - a), length(c - b), length(a - c)}) / (0.6f * cell_));
   }
-  void fill(const Geometry& g, const std::array<std::uint32_t, 3>& t, int parts) {
-    const Vec3 a = g.positions[t[0]];
-    const Vec3 x = (g.positions[t[1]] - a) / static_cast<float>(parts);
-    const Vec3 y = (g.positions[t[2]] - a) / static_cast<float>(parts);
+  void fill(const Corners& corners, int parts) {
+    const Vec3 a = corners[0];
+    const Vec3 x = (corners[1] - a) / static_cast<float>(parts);
+    const Vec3 y = (corners[2] - a) / static_cast<float>(parts);
     for (int j = 0; j <= parts; ++j)
       for (int i = 0; i + j <= parts; ++i)
         if (const auto cell = cell_of(a + x * static_cast<float>(i) + y * static_cast<float>(j))) full_[*cell] = true;
@@ -112,9 +154,9 @@ float visible_share(const Geometry& g, const CoarseScene& coarse) {
   const std::size_t stride = g.triangle_count() / kMaxTriangles + 1;
   std::size_t seen = 0, all = 0;
   for (std::size_t t = 0; t < g.triangle_count(); t += stride) {
-    const auto& [a, b, c] = g.triangles[t];
+    const auto [a, b, c] = g.corners(static_cast<std::uint32_t>(t));
     const Vec3 normal = g.normal(static_cast<std::uint32_t>(t));
-    const Vec3 start = (g.positions[a] + g.positions[b] + g.positions[c]) / 3 + normal * (2 * coarse.cell());
+    const Vec3 start = (a + b + c) / 3 + normal * (2 * coarse.cell());
     ++all;
     for (int i = 0; i < 16; ++i) {
       const Vec3 way = normalize(level_direction(i, 8) + Vec3{0, i < 8 ? 0.3f : -0.3f, 0});
@@ -165,21 +207,22 @@ Camera from_outside(const Geometry& geometry, Vec3 direction, Vec3 up, float deg
   const Vec3 center = geometry.bounds().center(), right = normalize(cross(up, direction));
   const Vec3 above = cross(direction, right);
   float distance = 0;
-  for (const Vec3& p : geometry.positions) {
+  geometry.for_each_position([&](const Vec3& p) {
     const Vec3 at = p - center;
     const float aside = std::max(std::abs(dot(at, right)), std::abs(dot(at, above)));
     distance = std::max(distance, aside * kMargin / half_tangent(degrees) + dot(at, direction));
-  }
+  });
   return look_at(center + direction * (distance > 0 ? distance : 1.0f), center, up, degrees);
 }
 
 /// Looks straight at the side of a flat scene that has more area.
 Camera at_panel(const Geometry& geometry, int axis, float degrees) {
   double facing = 0, area = 0;
-  for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
-    facing += geometry.scaled_normal(t)[axis];
-    area += std::abs(geometry.scaled_normal(t)[axis]);
-  }
+  geometry.for_each_triangle([&](const Corners& corners) {
+    const float along = cross(corners[1] - corners[0], corners[2] - corners[0])[axis];
+    facing += along;
+    area += std::abs(along);
+  });
   Vec3 direction{0, 0, 0};
   direction[axis] = facing < -0.1 * area ? -1.0f : 1.0f;
   return from_outside(geometry, direction, axis == 1 ? Vec3{0, 0, -1} : Vec3{0, 1, 0}, degrees);
@@ -280,7 +323,7 @@ Looked look(const Geometry& geometry) {
 SceneShape shape_of(const Geometry& geometry) { return look(geometry).shape; }
 
 void add_default_camera(SceneDescription& scene, float field_of_view) {
-  if (!scene.cameras.empty() || scene.geometry.triangles.empty()) return;
+  if (!scene.cameras.empty() || scene.geometry.triangle_count() == 0) return;
   const Geometry& geometry = scene.geometry;
   const auto degrees = [&](float otherwise) { return field_of_view > 0 ? field_of_view : otherwise; };
   const Looked looked = look(geometry);

@@ -23,31 +23,38 @@ std::uint16_t kind_of(const Material& m) {
   return kind;
 }
 
-DiffuseTriangle diffuse_triangle(const Geometry& g, const Material& m, std::uint32_t triangle) {
+}  // namespace
+
+DiffuseTriangle make_diffuse_triangle(const Geometry& geometry, const std::vector<Material>& materials,
+                                      std::uint32_t triangle) {
+  const StoredTriangle stored = geometry.stored(triangle);
+  const Geometry& g = *stored.mesh;
   DiffuseTriangle out;
-  const auto& [a, b, c] = g.triangles[triangle];
-  out.corner = g.positions[a];
-  out.edge[0] = g.positions[b] - g.positions[a];
-  out.edge[1] = g.positions[c] - g.positions[a];
-  const Vec3 normal = g.normal(triangle);
+  const auto [a, b, c] = Geometry::corners(stored);
+  out.corner = a;
+  out.edge[0] = b - a;
+  out.edge[1] = c - a;
+  const Vec3 normal = unit_normal(cross(out.edge[0], out.edge[1]));
   const bool has_area = !(normal == Vec3{0, 0, 0});
   out.normal = has_area ? normal : Vec3{0, 0, 1};
-  if (has_area) out.offset_bits = upper_half(static_cast<float>(rounding_offset(out.corner, out.edge[0], out.edge[1])));
+  if (has_area) {
+    const double offset = rounding_offset(out.corner, out.edge[0], out.edge[1]);
+    out.offset_bits = upper_half(static_cast<float>(stored.instance ? offset + stored.instance->rounding : offset));
+  }
+  const Material& m = materials[g.material[stored.index]];
   out.kind = kind_of(m);
   if (out.kind == 0) return out;
   if (!(out.kind & DiffuseTriangle::kTextured)) out.reflectance = clamp(m.reflectance.value, 0, 1);
-  for (const std::uint32_t vertex : {a, b, c})
+  for (const std::uint32_t vertex : g.triangles[stored.index])
     if (!(g.normals[vertex] == Vec3{0, 0, 0})) out.kind |= DiffuseTriangle::kSmooth;
-  if (g.emission[triangle] != kNone) out.kind |= DiffuseTriangle::kEmits;
+  if (geometry.emission_of(triangle) != kNone) out.kind |= DiffuseTriangle::kEmits;
   return out;
 }
 
-}  // namespace
-
 LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials) {
-  LargeVector<DiffuseTriangle> out(geometry.triangle_count());
+  LargeVector<DiffuseTriangle> out(geometry.triangles.size());
   parallel_for_each(out.size(), kTrianglesAtOnce, [&](std::size_t i) {
-    out[i] = diffuse_triangle(geometry, materials[geometry.material[i]], static_cast<std::uint32_t>(i));
+    out[i] = make_diffuse_triangle(geometry, materials, static_cast<std::uint32_t>(i));
   });
   return out;
 }

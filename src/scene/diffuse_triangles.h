@@ -36,7 +36,16 @@ struct alignas(64) DiffuseTriangle {
 };
 static_assert(sizeof(DiffuseTriangle) == 64);
 
-/// One for each triangle. Runs on all threads.
+/// Room for one that is not stored.
+struct DiffuseTriangleRoom {
+  alignas(DiffuseTriangle) std::byte bytes[sizeof(DiffuseTriangle)];
+};
+
+/// The data of one triangle.
+DiffuseTriangle make_diffuse_triangle(const Geometry& geometry, const std::vector<Material>& materials,
+                                      std::uint32_t triangle);
+
+/// One for each triangle that is not of an instance. Runs on all threads.
 LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials);
 
 }  // namespace glowworm

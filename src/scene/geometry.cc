@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
+#include "core/transform_double.h"
+#include "scene/placed_box.h"
 #include "scene/scene_checks.h"
 
 namespace glowworm {
@@ -37,6 +40,34 @@ Vec3 unit_or_zero(Vec3 n) {
   return l > 0 && std::isfinite(l) ? n / l : Vec3{0, 0, 0};
 }
 
+/// Normal of a mesh in the world.
+Vec3 placed_normal(const Transform& to_world, Vec3 normal) {
+  return normal == Vec3{0, 0, 0} ? normal : unit_or_zero(to_world.normal(normal));
+}
+
+/// The largest component of a vector, without signs.
+float largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// How much a map and its inverse may enlarge a rounding error between them: the norm of the product of their matrices
+/// without signs. It is 1 for scaling along axes, and at most 3 for a rotation.
+double error_growth(const Transform& m) {
+  const TransformDouble forth{Vec3d(m.x), Vec3d(m.y), Vec3d(m.z), {}}, back = inverse(forth);
+  const auto absolute = [](Vec3d v) { return Vec3d{std::abs(v.x), std::abs(v.y), std::abs(v.z)}; };
+  const TransformDouble a{absolute(forth.x), absolute(forth.y), absolute(forth.z), {}};
+  const Vec3d sums = a.vector(absolute(back.x) + absolute(back.y) + absolute(back.z));
+  return std::max({sums.x, sums.y, sums.z});
+}
+
+/// Instance::rounding. A unit of rounding of the distance from the mesh's origin enters when a corner is transformed
+/// (4), when a ray is (6, with the rounding of the inverse), and when it is tested there (12, as in
+/// core/offset_origin.h); the sum of three components of a unit vector is at most 2.
+float rounding_of(const Transform& to_world, const Box3& mesh) {
+  constexpr double kHalfUlp = 0x1p-24, kRoundings = (4 + 6 + 12) * 2;
+  const Box3 box = placed_box({to_world.x, to_world.y, to_world.z, {0, 0, 0}}, mesh);
+  const float extent = std::max(largest(box.min), largest(box.max));
+  return static_cast<float>(kHalfUlp * kRoundings * error_growth(to_world) * extent);
+}
+
 Vec2 finite_or_zero(Vec2 uv) { return std::isfinite(uv.x) && std::isfinite(uv.y) ? uv : Vec2{0, 0}; }
 
 /// Adds vertices of a mesh to all arrays of a scene's geometry except the positions.
@@ -67,6 +98,86 @@ class VertexAppender {
 
 }  // namespace
 
+bool is_placeable(const Transform& to_world) {
+  // Rays then keep 20 of their 24 bits.
+  constexpr double kMostGrowth = 16;
+  for (const Vec3& v : {to_world.x, to_world.y, to_world.z, to_world.translation})
+    if (!is_finite(v)) return false;
+  // Not a number compares as false.
+  return std::abs(to_world.determinant()) > 0 && error_growth(to_world) <= kMostGrowth;
+}
+
+std::size_t Geometry::end_of_instances() const {
+  return std::size_t{instances.back().first} + meshes[instances.back().mesh]->triangles.size();
+}
+
+void Geometry::number_instances() {
+  std::vector<Box3> boxes;
+  for (const auto& mesh : meshes) boxes.push_back(mesh->bounds());
+  std::size_t first = triangles.size();
+  for (Instance& instance : instances) {
+    instance.first = static_cast<std::uint32_t>(first);
+    instance.rounding = rounding_of(instance.to_world, boxes[instance.mesh]);
+    first += meshes[instance.mesh]->triangles.size();
+    if (first >= kNone)
+      throw Error("the scene has more triangles than 32 bits can count",
+                  "Leave some instances or parts of their meshes out.");
+  }
+  objects.resize(objects.size() - std::exchange(numbered_objects, instance_objects.size()));
+  for (const ObjectStart& object : instance_objects)
+    objects.push_back({instances[object.first_triangle].first, object.name});
+}
+
+StoredTriangle Geometry::stored_by_instance(std::uint32_t triangle) const {
+  const auto after = std::upper_bound(instances.begin(), instances.end(), triangle,
+                                      [](std::uint32_t t, const Instance& i) { return t < i.first; });
+  const Instance& instance = *(after - 1);
+  return {meshes[instance.mesh].get(), triangle - instance.first, &instance};
+}
+
+std::uint32_t Geometry::material_by_instance(std::uint32_t triangle) const {
+  const StoredTriangle at = stored_by_instance(triangle);
+  return at.mesh->material[at.index];
+}
+
+std::array<Vec3, 3> Geometry::corners(const StoredTriangle& at) {
+  const auto& [a, b, c] = at.mesh->triangles[at.index];
+  const std::vector<Vec3>& p = at.mesh->positions;
+  if (!at.instance) return {p[a], p[b], p[c]};
+  const Transform& to_world = at.instance->to_world;
+  return {to_world.point(p[a]), to_world.point(p[b]), to_world.point(p[c])};
+}
+
+std::array<Vec3, 3> Geometry::corner_normals(const StoredTriangle& at) {
+  const auto& [a, b, c] = at.mesh->triangles[at.index];
+  const std::vector<Vec3>& n = at.mesh->normals;
+  if (!at.instance) return {n[a], n[b], n[c]};
+  const Transform& to_world = at.instance->to_world;
+  return {placed_normal(to_world, n[a]), placed_normal(to_world, n[b]), placed_normal(to_world, n[c])};
+}
+
+Geometry Geometry::expanded() const {
+  Geometry out = *this;
+  out.instances.clear();
+  out.meshes.clear();
+  out.instance_objects.clear();
+  out.numbered_objects = 0;
+  for (const Instance& instance : instances) {
+    const Geometry& mesh = *meshes[instance.mesh];
+    VertexAppender appender(out, mesh);
+    const auto base = static_cast<std::uint32_t>(out.positions.size());
+    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+      out.positions.push_back(instance.to_world.point(mesh.positions[v]));
+      appender.append(v);
+      out.normals.back() = placed_normal(instance.to_world, mesh.normals[v]);
+    }
+    for (const auto& [a, b, c] : mesh.triangles) out.triangles.push_back({base + a, base + b, base + c});
+    out.material.insert(out.material.end(), mesh.material.begin(), mesh.material.end());
+    out.emission.insert(out.emission.end(), mesh.triangles.size(), kNone);
+  }
+  return out;
+}
+
 std::uint32_t Geometry::object_of(std::uint32_t triangle) const {
   const auto after = std::upper_bound(objects.begin(), objects.end(), triangle,
                                       [](std::uint32_t t, const ObjectStart& o) { return t < o.first_triangle; });
@@ -75,6 +186,7 @@ std::uint32_t Geometry::object_of(std::uint32_t triangle) const {
 
 void Geometry::begin_object(const std::string& name) {
   const auto first = static_cast<std::uint32_t>(triangles.size());
+  objects.resize(objects.size() - std::exchange(numbered_objects, 0));
   if (!objects.empty() && objects.back().name == name) return;
   // Removes an object without triangles.
   if (!objects.empty() && objects.back().first_triangle == first) objects.pop_back();

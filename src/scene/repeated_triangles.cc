@@ -35,7 +35,7 @@ Content content_of(const Geometry& g, std::uint32_t triangle) {
 }  // namespace
 
 std::vector<bool> repeated_triangles(const Geometry& geometry, const std::vector<bool>& ignored) {
-  std::vector<KeyedIndex<std::uint64_t>> order(geometry.triangle_count());
+  std::vector<KeyedIndex<std::uint64_t>> order(geometry.triangles.size());
   parallel_for_each(order.size(), kComparedAtOnce, [&](std::size_t i) {
     ContentHash hash;
     hash.add(content_of(geometry, static_cast<std::uint32_t>(i)));

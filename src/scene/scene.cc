@@ -103,9 +103,11 @@ bool has_interfaces(const std::vector<Material>& materials, const Geometry& g) {
   std::vector<bool> is_interface;
   for (const Material& m : materials) is_interface.push_back(m.kind == MaterialKind::interface);
   if (std::none_of(is_interface.begin(), is_interface.end(), [](bool is) { return is; })) return false;
-  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+  for (std::uint32_t t = 0; t < g.triangles.size(); ++t)
     if (is_interface[g.material[t]] && g.emission[t] == kNone) return true;
-  return false;
+  return std::any_of(g.meshes.begin(), g.meshes.end(), [&](const auto& mesh) {
+    return std::any_of(mesh->material.begin(), mesh->material.end(), [&](std::uint32_t m) { return is_interface[m]; });
+  });
 }
 
 /// Moves a distant scene to the origin, unless its reader has done so, and returns what was subtracted. Differences of
@@ -116,6 +118,7 @@ Vec3 move_to_origin(SceneDescription& d) {
   const Vec3 origin = origin_for(Vec3d(box.min), Vec3d(box.max));
   if (origin == Vec3{0, 0, 0}) return origin;
   for (Vec3& p : d.geometry.positions) p -= origin;
+  for (Instance& instance : d.geometry.instances) instance.to_world.translation -= origin;
   for (Light& light : d.lights) light.position -= origin;
   for (Camera& camera : d.cameras) camera.to_world.translation -= origin;
   for (Medium& medium : d.media) medium.to_medium.translation += medium.to_medium.vector(origin);
@@ -136,6 +139,7 @@ struct ShortTriangles {
   float share = 0, farthest = 0;  ///< farthest: largest coordinate of one, metres
 };
 
+/// Instances are left out: their meshes are near their own origins.
 /// @param origin what was subtracted from all positions
 ShortTriangles short_triangles(const Geometry& g, Vec3 origin) {
   // A number is rounded to 2^-23 to 2^-24 of itself: these are 50 to 100 roundings.
@@ -150,7 +154,7 @@ ShortTriangles short_triangles(const Geometry& g, Vec3 origin) {
     ++count;
     out.farthest = std::max(out.farthest, largest);
   }
-  out.share = static_cast<float>(count) / static_cast<float>(g.triangle_count());
+  out.share = static_cast<float>(count) / static_cast<float>(std::max<std::size_t>(g.triangles.size(), 1));
   return out;
 }
 
@@ -184,6 +188,7 @@ float power_weight(RGB power) {
 }  // namespace
 
 Scene::Scene(SceneDescription description) : d_(std::move(description)) {
+  d_.geometry.number_instances();
   check_description(d_);
   normalize_lights(d_);
   origin_ = move_to_origin(d_);
@@ -216,6 +221,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
     : d_(scene.d_),
       geometry_(scene.geometry_),
       diffuse_triangles_(scene.diffuse_triangles_),
+      stored_triangles_(scene.stored_triangles_),
       repeated_(scene.repeated_),
       origin_(scene.origin_),
       smooth_(scene.smooth_),
@@ -225,8 +231,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       material_has_alpha_(scene.material_has_alpha_),
       material_is_pane_(scene.material_is_pane_),
       crosses_media_(scene.crosses_media_) {
-  const bool same_triangles = !edit.geometry || (edit.geometry->triangles.size() == geometry_->triangles.size() &&
-                                                 edit.geometry->emission.size() == geometry_->emission.size());
+  const bool same_triangles = !edit.geometry || edit.geometry->triangle_count() == geometry_->triangle_count();
   if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)
     throw Error("the edit is of another scene");
   d_.emissions = std::move(edit.emissions);
@@ -238,8 +243,10 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
   check_cameras(d_);
   normalize_lights(d_);
   if (edit.geometry) {
+    const bool same_instances = edit.geometry->instances.size() == geometry_->instances.size();
     geometry_ = std::move(edit.geometry);
     measure();
+    if (!same_instances) find_repeated();
   }
   find_light_sources();
 }
@@ -247,12 +254,16 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
 void Scene::measure() {
   diffuse_triangles_ =
       std::make_shared<const LargeVector<DiffuseTriangle>>(diffuse_triangles(*geometry_, d_.materials));
-  const std::vector<Vec3>& normals = geometry_->normals;
-  smooth_ = std::any_of(normals.begin(), normals.end(), [](Vec3 n) { return !(n == Vec3{0, 0, 0}); });
+  stored_triangles_ = static_cast<std::uint32_t>(diffuse_triangles_->size());
+  const auto has_normals = [](const Geometry& g) {
+    return std::any_of(g.normals.begin(), g.normals.end(), [](Vec3 n) { return !(n == Vec3{0, 0, 0}); });
+  };
+  smooth_ = has_normals(*geometry_) || std::any_of(geometry_->meshes.begin(), geometry_->meshes.end(),
+                                                   [&](const auto& mesh) { return has_normals(*mesh); });
   bounds_ = geometry_->bounds();
   center_ = bounds_.center();
   radius_ = 0;
-  for (const Vec3& p : geometry_->positions) radius_ = std::max(radius_, length(p - center_));
+  geometry_->for_each_position([&](const Vec3& p) { radius_ = std::max(radius_, length(p - center_)); });
 }
 
 void Scene::find_repeated() {
@@ -266,10 +277,10 @@ void Scene::find_light_sources() {
   const Geometry& g = *geometry_;
   const float disc = kPi * radius_ * radius_;
   emissive_triangles_.clear();
-  emissive_index_.assign(g.triangle_count(), kNone);
+  emissive_index_.assign(g.triangles.size(), kNone);
   source_powers_.clear();
   std::vector<std::uint32_t> emitting;
-  for (std::uint32_t t = 0; t < g.triangle_count(); ++t)
+  for (std::uint32_t t = 0; t < g.triangles.size(); ++t)
     if (g.emission[t] != kNone && !repeats(t) && !is_black(d_.emissions[g.emission[t]].radiance.value))
       emitting.push_back(t);
   const std::vector<RGB> powers = triangle_powers(g, d_, emitting);

@@ -1,6 +1,7 @@
 // The scene: immutable tables for all rooms.
 #pragma once
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <vector>
@@ -72,9 +73,10 @@ struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has
   std::optional<Environment> environment;
-  std::shared_ptr<const Geometry> geometry;  ///< the same triangles with other positions; null: the scene's own
-  std::vector<Camera> more_cameras;          ///< in addition to the scene's own
-  std::string name;                          ///< empty: the scene's own
+  /// The same triangles with other positions, or without instances; null: the scene's own.
+  std::shared_ptr<const Geometry> geometry;
+  std::vector<Camera> more_cameras;  ///< in addition to the scene's own
+  std::string name;                  ///< empty: the scene's own
 };
 
 /// An immutable scene with the tables derived from its description. All its positions are relative to origin().
@@ -91,9 +93,20 @@ class Scene {
   const std::string& name() const { return d_.name; }
   const Geometry& geometry() const { return *geometry_; }
   std::shared_ptr<const Geometry> shared_geometry() const { return geometry_; }
-  const DiffuseTriangle& diffuse_triangle(std::uint32_t triangle) const { return (*diffuse_triangles_)[triangle]; }
+  /// @param room holds the triangle if it is of an instance
+  const DiffuseTriangle& diffuse_triangle(std::uint32_t triangle, DiffuseTriangleRoom& room) const {
+    if (triangle < stored_triangles_) return (*diffuse_triangles_)[triangle];
+    return *new (&room) DiffuseTriangle(make_diffuse_triangle(*geometry_, d_.materials, triangle));
+  }
+  DiffuseTriangle diffuse_triangle(std::uint32_t triangle) const {
+    DiffuseTriangleRoom room;
+    return diffuse_triangle(triangle, room);
+  }
+  /// Whether diffuse_triangle() is stored, and `triangle` is not kNone.
+  bool stores(std::uint32_t triangle) const { return triangle < stored_triangles_; }
+  void prefetch(std::uint32_t stored) const { __builtin_prefetch(&(*diffuse_triangles_)[stored]); }
   /// Whether a triangle repeats an earlier one (repeated_triangles()). No ray hits it, and it emits no light.
-  bool repeats(std::uint32_t triangle) const { return !repeated_->empty() && (*repeated_)[triangle]; }
+  bool repeats(std::uint32_t triangle) const { return triangle < repeated_->size() && (*repeated_)[triangle]; }
   const std::vector<Material>& materials() const { return d_.materials; }
   /// Empty: there is vacuum everywhere.
   const std::vector<Medium>& media() const { return d_.media; }
@@ -139,7 +152,7 @@ class Scene {
   const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
   /// Index of a triangle in emissive_triangles(), or kNone.
   std::uint32_t emissive_index(std::uint32_t triangle) const {
-    return emissive_index_.empty() ? kNone : emissive_index_[triangle];
+    return triangle < emissive_index_.size() ? emissive_index_[triangle] : kNone;
   }
   /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
   /// environment, of which all parts count as one here. Its total is the power of all light, in W (luminance).
@@ -171,7 +184,8 @@ class Scene {
   SceneDescription d_;  // without its geometry, which scenes in other light share
   std::shared_ptr<const Geometry> geometry_;
   std::shared_ptr<const LargeVector<DiffuseTriangle>> diffuse_triangles_;  // shared like the geometry
-  std::shared_ptr<const std::vector<bool>> repeated_;                      // empty: none is
+  std::uint32_t stored_triangles_ = 0;
+  std::shared_ptr<const std::vector<bool>> repeated_;  // empty: none is
   Vec3 origin_;
   bool smooth_ = false;
   Box3 bounds_;

@@ -26,23 +26,14 @@ void check_size(std::size_t size, std::size_t wanted, const char* what) {
   if (size != wanted) throw Error(fmt::format("the scene has {} {}, but {} were expected", size, what, wanted));
 }
 
-void check_geometry(const SceneDescription& d) {
-  const Geometry& g = d.geometry;
-  if (g.triangles.empty())
-    throw Error(fmt::format("the scene{} has no triangles", d.name.empty() ? "" : " \"" + d.name + "\""),
-                "Check that the file holds meshes, and that they are not all of a kind that is not supported.");
+/// Checks the arrays and indices of the scene's own triangles or of a mesh.
+void check_arrays(const SceneDescription& d, const Geometry& g) {
   check_size(g.normals.size(), g.positions.size(), "normals");
   check_size(g.uvs.size(), g.positions.size(), "texture coordinates");
   if (!g.second_uvs.empty()) check_size(g.second_uvs.size(), g.positions.size(), "second texture coordinates");
   if (!g.colors.empty()) check_size(g.colors.size(), g.positions.size(), "vertex colours");
   check_size(g.material.size(), g.triangles.size(), "material indices");
   check_size(g.emission.size(), g.triangles.size(), "emission indices");
-  for (std::size_t v = 0; v < g.positions.size(); ++v)
-    if (!is_within_bounds(g.positions[v])) check_within_bounds(g.positions[v], fmt::format("vertex {}", v));
-  const float size = length(g.bounds().diagonal());
-  if (size < kMinSceneSize)
-    throw Error(fmt::format("the scene is {:g} m across, but its size must be at least {:g} m", size, kMinSceneSize),
-                "Scale the scene up.");
   for (std::size_t t = 0; t < g.triangles.size(); ++t) {
     for (const std::uint32_t vertex : g.triangles[t])
       if (vertex >= g.positions.size())
@@ -55,6 +46,41 @@ void check_geometry(const SceneDescription& d) {
       throw Error(fmt::format("triangle {} refers to emission {} of {}", t, g.emission[t], d.emissions.size()),
                   kImporterRemedy);
   }
+}
+
+void check_instances(const SceneDescription& d) {
+  const Geometry& g = d.geometry;
+  for (const auto& mesh : g.meshes) {
+    check_arrays(d, *mesh);
+    const bool emits = std::any_of(mesh->emission.begin(), mesh->emission.end(), [](auto e) { return e != kNone; });
+    if (mesh->triangles.empty() || emits || !mesh->instances.empty())
+      throw Error("a mesh of instances is empty, emits light or has instances itself", kImporterRemedy);
+  }
+  std::size_t next = g.triangles.size();
+  for (const Instance& instance : g.instances) {
+    if (instance.mesh >= g.meshes.size() || !is_placeable(instance.to_world) || instance.first != next)
+      throw Error(fmt::format("instance {} has no mesh, no place or no number", &instance - g.instances.data()),
+                  kImporterRemedy);
+    next += g.meshes[instance.mesh]->triangles.size();
+  }
+}
+
+void check_geometry(const SceneDescription& d) {
+  const Geometry& g = d.geometry;
+  if (g.triangles.empty() && g.instances.empty())
+    throw Error(fmt::format("the scene{} has no triangles", d.name.empty() ? "" : " \"" + d.name + "\""),
+                "Check that the file holds meshes, and that they are not all of a kind that is not supported.");
+  check_arrays(d, g);
+  check_instances(d);
+  std::size_t v = 0;
+  g.for_each_position([&](const Vec3& p) {
+    if (!is_within_bounds(p)) check_within_bounds(p, fmt::format("vertex {}", v));
+    ++v;
+  });
+  const float size = length(g.bounds().diagonal());
+  if (size < kMinSceneSize)
+    throw Error(fmt::format("the scene is {:g} m across, but its size must be at least {:g} m", size, kMinSceneSize),
+                "Scale the scene up.");
 }
 
 void check_textures(const std::vector<TextureNode>& textures) {

@@ -24,7 +24,7 @@ void add(ContentHash& hash, const Transform& map) { hash.add(map); }
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 448 && sizeof(TextureNode) == 72 && sizeof(Emission) == 104);
 static_assert(sizeof(Light) == 136 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
-static_assert(sizeof(Geometry) == 9 * sizeof(std::vector<Vec3>));
+static_assert(sizeof(Geometry) == 12 * sizeof(std::vector<Vec3>) + sizeof(std::size_t) && sizeof(Instance) == 60);
 
 void add(ContentHash& hash, const Material& m) {
   hash.add(m.kind);
@@ -143,6 +143,8 @@ std::uint64_t hash_geometry(const Geometry& g) {
   hash.add_array(std::span(g.emission));
   // Names of objects do not affect samples.
   for (const ObjectStart& object : g.objects) hash.add(object.first_triangle);
+  for (const auto& mesh : g.meshes) hash.add(hash_geometry(*mesh));
+  hash.add_array(std::span(g.instances));
   return hash.value();
 }
 

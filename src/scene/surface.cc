@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "core/random.h"
 #include "scene/light_power.h"
@@ -17,6 +18,13 @@ std::uint32_t hash_point(std::uint32_t seed, Vec3 p) {
   return hash_combine(seed, std::bit_cast<std::uint32_t>(p.z));
 }
 
+/// Texture coordinates of the second and third vertex from the first.
+std::pair<Vec2, Vec2> uv_edges(const StoredTriangle& stored) {
+  const auto& [a, b, c] = stored.mesh->triangles[stored.index];
+  const std::vector<Vec2>& uvs = stored.mesh->uvs;
+  return {uvs[b] - uvs[a], uvs[c] - uvs[a]};
+}
+
 /// Derivatives of the position by the texture coordinates; `valid` is false if these do not span the triangle.
 struct TextureTangents {
   Vec3 du, dv;
@@ -24,11 +32,12 @@ struct TextureTangents {
 };
 
 TextureTangents texture_tangents(const Geometry& g, std::uint32_t triangle) {
-  const auto& [a, b, c] = g.triangles[triangle];
-  const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
+  const StoredTriangle stored = g.stored(triangle);
+  const auto [ab, ac] = uv_edges(stored);
   const float determinant = ab.x * ac.y - ab.y * ac.x;
   if (determinant == 0) return {};
-  const Vec3 e1 = g.positions[b] - g.positions[a], e2 = g.positions[c] - g.positions[a];
+  const auto [a, b, c] = Geometry::corners(stored);
+  const Vec3 e1 = b - a, e2 = c - a;
   const float scale = 1 / determinant;
   TextureTangents out{(e1 * ac.y - e2 * ab.y) * scale, (e2 * ab.x - e1 * ac.x) * scale, true};
   out.valid = is_finite(out.du) && is_finite(out.dv);
@@ -107,9 +116,9 @@ void apply_bump(const Scene& scene, const Material& m, SurfacePoint& point) {
 
 /// Interpolates the vertices' normals, on the side of the geometric one, which replaces a missing one.
 Vec3 interpolated_normal(const Geometry& g, std::uint32_t triangle, Vec2 barycentric, Vec3 geometric_normal) {
-  const auto& [a, b, c] = g.triangles[triangle];
+  const auto [a, b, c] = g.corner_normals(triangle);
   const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
-  const Vec3 n = g.normals[a] * w + g.normals[b] * u + g.normals[c] * v;
+  const Vec3 n = a * w + b * u + c * v;
   const float squared = length_squared(n);
   return squared > 1e-12f ? face_forward(n / std::sqrt(squared), geometric_normal) : geometric_normal;
 }
@@ -229,19 +238,19 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
 
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const Geometry& g = scene.geometry();
-  const auto& [a, b, c] = g.triangles[triangle];
   const float u = barycentric.x, v = barycentric.y;
-  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
+  DiffuseTriangleRoom room;
+  const DiffuseTriangle& placed = scene.diffuse_triangle(triangle, room);
   SurfacePoint point;
   point.position = placed.corner + placed.edge[0] * u + placed.edge[1] * v;
   point.geometric_normal = placed.normal;
   point.offset = placed.offset();
   point.texture = texture_point(g, triangle, barycentric);
   point.triangle = triangle;
-  point.material = g.material[triangle];
+  point.material = g.material_of(triangle);
 
   const Vec3 n = interpolated_normal(g, triangle, barycentric, point.geometric_normal);
-  const Vec2 ab = g.uvs[b] - g.uvs[a], ac = g.uvs[c] - g.uvs[a];
+  const auto [ab, ac] = uv_edges(g.stored(triangle));
   const float determinant = ab.x * ac.y - ab.y * ac.x;
   const Vec3 along_u = (placed.edge[0] * ac.y - placed.edge[1] * ab.y) * std::copysign(1.0f, determinant);
   point.frame = determinant == 0 ? Frame::from_normal(n) : frame_along(n, along_u);
@@ -250,13 +259,13 @@ SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 bary
 
 RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   const Geometry& g = scene.geometry();
-  const Material& m = scene.materials()[g.material[triangle]];
+  const Material& m = scene.materials()[g.material_of(triangle)];
   return clamp(evaluate(scene.textures(), m.reflectance, texture_point(g, triangle, barycentric)), 0, 1);
 }
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3& normal) {
-  const Material& m = scene.materials()[scene.geometry().material[triangle]];
+  const Material& m = scene.materials()[scene.geometry().material_of(triangle)];
   if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
   normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
   return true;
@@ -284,7 +293,7 @@ Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
 }
 
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
-  const std::uint32_t index = scene.geometry().emission[point.triangle];
+  const std::uint32_t index = scene.geometry().emission_of(point.triangle);
   if (index == kNone) return RGB(0.0f);
   const Emission& emission = scene.emissions()[index];
   if (!emission.two_sided && dot(point.geometric_normal, wo) <= 0) return RGB(0.0f);
@@ -299,7 +308,7 @@ RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 bary
 }
 
 float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& at) {
-  const std::uint32_t material = scene.geometry().material[triangle];
+  const std::uint32_t material = scene.geometry().material_of(triangle);
   if (!scene.has_alpha(material)) return 1;
   const Material& m = scene.materials()[material];
   const float alpha = evaluate(scene.textures(), m.alpha, at);

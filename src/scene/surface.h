@@ -49,7 +49,8 @@ RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycen
 /// If the triangle's material is diffuse reflection only, fills `point` with the numbers of surface_point() and
 /// resolve_bsdf(), at a fraction of their cost, and returns true; otherwise returns false.
 inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, DiffusePoint& point) {
-  const DiffuseTriangle& t = scene.diffuse_triangle(triangle);
+  DiffuseTriangleRoom room;
+  const DiffuseTriangle& t = scene.diffuse_triangle(triangle, room);
   if (!(t.kind & DiffuseTriangle::kDiffuse)) return false;
   point.position = t.corner + t.edge[0] * barycentric.x + t.edge[1] * barycentric.y;
   point.geometric_normal = t.normal;
@@ -65,9 +66,9 @@ bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 bar
                             Vec3& normal);
 
 /// Prefetches the data for surface_point() and diffuse_point(), because hits of incoherent rays are scattered over the
-/// scene. Each hit is fetched in three steps, kFetchAhead hits apart, because each step reads data fetched by the one
-/// before; the last two run only if diffuse_point() is not enough. Call it with `next` from 0 on, before you use hit
-/// `next`.
+/// scene; not for triangles of instances. Each hit is fetched in three steps, kFetchAhead hits apart, because each step
+/// reads data fetched by the one before; the last two run only if diffuse_point() is not enough. Call it with `next`
+/// from 0 on, before you use hit `next`.
 /// @tparam kSmoothToo whether to fetch shading normals, too
 /// @param triangle_of the triangle of hit i, or kNone
 // Inlined, because GCC drops calls of a function that only prefetches.
@@ -78,10 +79,12 @@ template <bool kSmoothToo, typename TriangleOf>
   constexpr std::uint32_t kOverlooked = kSmoothToo ? 0 : DiffuseTriangle::kSmooth;
   const Geometry& g = scene.geometry();
   if (next + 3 * kFetchAhead < count)
-    if (const std::uint32_t triangle = triangle_of(next + 3 * kFetchAhead); triangle != kNone)
-      __builtin_prefetch(&scene.diffuse_triangle(triangle));
+    if (const std::uint32_t triangle = triangle_of(next + 3 * kFetchAhead); scene.stores(triangle))
+      scene.prefetch(triangle);
   const auto needs_more = [&](std::uint32_t triangle) {
-    return triangle != kNone && (scene.diffuse_triangle(triangle).kind & ~kOverlooked) != DiffuseTriangle::kDiffuse;
+    DiffuseTriangleRoom room;
+    return scene.stores(triangle) &&
+           (scene.diffuse_triangle(triangle, room).kind & ~kOverlooked) != DiffuseTriangle::kDiffuse;
   };
   if (next + 2 * kFetchAhead < count) {
     if (const std::uint32_t triangle = triangle_of(next + 2 * kFetchAhead); needs_more(triangle)) {

@@ -102,8 +102,10 @@ float alpha_of(const std::vector<TextureNode>& textures, std::uint32_t id, const
 
 }  // namespace
 
-TexturePoint texture_point(const Geometry& geometry, std::uint32_t triangle, Vec2 barycentric) {
-  const auto& [a, b, c] = geometry.triangles[triangle];
+TexturePoint texture_point(const Geometry& scene, std::uint32_t triangle, Vec2 barycentric) {
+  const StoredTriangle stored = scene.stored(triangle);
+  const Geometry& geometry = *stored.mesh;
+  const auto& [a, b, c] = geometry.triangles[stored.index];
   const float u = barycentric.x, v = barycentric.y, w = 1 - u - v;
   TexturePoint at(geometry.uvs[a] * w + geometry.uvs[b] * u + geometry.uvs[c] * v);
   if (!geometry.second_uvs.empty())

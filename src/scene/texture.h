@@ -36,7 +36,7 @@ struct TexturePoint {
 };
 
 /// The point of a triangle with these weights of its second and third vertex.
-TexturePoint texture_point(const Geometry& geometry, std::uint32_t triangle, Vec2 barycentric);
+TexturePoint texture_point(const Geometry& scene, std::uint32_t triangle, Vec2 barycentric);
 
 enum class TextureKind : std::uint8_t { constant, image, scale, mix, checkerboard, vertex_color };
 

@@ -42,7 +42,7 @@ bool makes_caustics(const Material& m) {
 
 std::vector<bool> find_used(const Scene& scene) {
   std::vector<bool> used(scene.materials().size(), false);
-  for (const std::uint32_t material : scene.geometry().material) used[material] = true;
+  scene.geometry().for_each_material([&](std::uint32_t material, std::size_t) { used[material] = true; });
   // The parts of a mix may come before or after it, and may be mixes themselves.
   for (std::size_t round = 0; round < used.size(); ++round) {
     bool changed = false;

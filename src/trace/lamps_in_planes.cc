@@ -29,8 +29,8 @@ Point wide(Vec3 a) { return {a.x, a.y, a.z}; }
 using Corners = std::array<Point, 3>;
 
 Corners corners(const Geometry& g, std::uint32_t triangle) {
-  const auto& [a, b, c] = g.triangles[triangle];
-  return {wide(g.positions[a]), wide(g.positions[b]), wide(g.positions[c])};
+  const auto [a, b, c] = g.corners(triangle);
+  return {wide(a), wide(b), wide(c)};
 }
 
 /// Not unit.
@@ -69,7 +69,7 @@ bool covers_some(const Scene& scene, std::uint32_t lamp, std::uint32_t other) {
 LampsInPlanes::LampsInPlanes(const Scene& scene, const VisitNear& near) {
   const Geometry& g = scene.geometry();
   std::vector<std::uint32_t> lamps;
-  for (std::uint32_t i = 0; i < g.triangle_count(); ++i)
+  for (std::uint32_t i = 0; i < g.triangles.size(); ++i)
     if (g.emission[i] != kNone && !scene.repeats(i) && !scene.is_pane(g.material[i])) lamps.push_back(i);
   std::vector<std::vector<Pair>> found((lamps.size() + kLampsAtOnce - 1) / kLampsAtOnce);
   parallel_for(0, lamps.size(), kLampsAtOnce, [&](std::size_t first, std::size_t last) {
@@ -79,7 +79,7 @@ LampsInPlanes::LampsInPlanes(const Scene& scene, const VisitNear& near) {
       for (const std::uint32_t vertex : g.triangles[lamp]) box.grow(g.positions[vertex]);
       const float radius = 0.5f * length(box.diagonal()) + scene.diffuse_triangle(lamp).offset();
       near(box.center(), radius, [&](std::uint32_t other) {
-        if (g.emission[other] == kNone && covers_some(scene, lamp, other))
+        if (g.emission_of(other) == kNone && covers_some(scene, lamp, other))
           found[first / kLampsAtOnce].push_back({other, lamp});
         return true;
       });
@@ -99,7 +99,7 @@ std::vector<std::uint32_t> LampsInPlanes::covered() const {
 }
 
 bool LampsInPlanes::covers(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) const {
-  const DiffuseTriangle& at = scene.diffuse_triangle(triangle);
+  const DiffuseTriangle at = scene.diffuse_triangle(triangle);
   const Vec3 p = at.corner + at.edge[0] * barycentric.x + at.edge[1] * barycentric.y;
   auto pair = std::lower_bound(pairs_.begin(), pairs_.end(), Pair{triangle, 0});
   for (; pair != pairs_.end() && pair->covered == triangle; ++pair) {

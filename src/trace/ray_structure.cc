@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -55,8 +58,9 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
     const Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
                          RTCRayN_dir_z(args->ray, args->N, i)};
     const std::uint32_t triangle =
-        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
-    const std::uint32_t material = self.geometry->material[triangle];
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
+                      RTCHitN_instID(args->hit, args->N, i, 0));
+    const std::uint32_t material = self.geometry->material_of(triangle);
     bool passes =
         self.lamps.covers(*self.scene, triangle, barycentric) ||
         (self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction));
@@ -76,6 +80,9 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
 struct TriangleVisit {
   const Tracer::Implementation* self;
   const std::function<bool(std::uint32_t)>* visit;
+  Vec3 center;
+  float radius;
+  unsigned instance;  ///< whose mesh is visited, or RTC_INVALID_GEOMETRY_ID
   bool ended = false;
 };
 
@@ -83,9 +90,25 @@ struct TriangleVisit {
 bool visit_triangle(RTCPointQueryFunctionArguments* args) {
   auto& to = *static_cast<TriangleVisit*>(args->userPtr);
   if (to.ended) return false;
-  to.ended = !(*to.visit)(to.self->triangle(args->geomID, args->primID));
+  const bool is_instance = to.instance == RTC_INVALID_GEOMETRY_ID && args->geomID == kInstances;
+  to.ended = is_instance ? !to.self->visit_instance(args->primID, to.center, to.radius, *to.visit)
+                         : !(*to.visit)(to.self->triangle(args->geomID, args->primID, to.instance));
   if (to.ended) args->query->radius = 0;
   return to.ended;
+}
+
+/// Visits the triangles of one of Embree's scenes near to.center; false if visit() ended it.
+bool visit_scene(RTCScene scene, TriangleVisit& to) {
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  RTCPointQuery query;
+  query.x = to.center.x;
+  query.y = to.center.y;
+  query.z = to.center.z;
+  query.time = 0;
+  query.radius = to.radius;
+  rtcPointQuery(scene, &query, &context, visit_triangle, &to);
+  return !to.ended;
 }
 
 bool count_bytes(void* user, ssize_t bytes, bool) {
@@ -109,15 +132,7 @@ Tracer::Implementation::Implementation(const Scene& s, std::span<const std::uint
   // If the device was not made, the error belongs to the calling thread.
   if (!device) fail(rtcGetDeviceError(nullptr), "start");
   rtcSetDeviceMemoryMonitorFunction(device, count_bytes, this);
-  world = rtcNewScene(device);
-  throw_on_error(device, "start");
-  // Rays through the edge between two triangles meet one of them: light stays in closed rooms.
-  // Only a dynamic scene has separate structures for its geometries, and rebuilds those that changed. Other scenes are
-  // built once, so a slower, better build pays off.
-  if (movable.empty()) rtcSetSceneBuildQuality(world, RTC_BUILD_QUALITY_HIGH);
-  rtcSetSceneFlags(world,
-                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | (movable.empty() ? 0 : RTC_SCENE_FLAG_DYNAMIC) |
-                                              (single_sided ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
+  world = new_scene(!movable.empty());
   build();
   find_lamps();
 }
@@ -125,13 +140,30 @@ Tracer::Implementation::Implementation(const Scene& s, std::span<const std::uint
 Tracer::Implementation::~Implementation() {
   // Embree 3.13 ends the program when it releases a scene whose build ran out of memory. Such a scene leaks instead.
   if (!whole) return;
+  for (const TracedMesh& mesh : meshes)
+    if (mesh.world) rtcReleaseScene(mesh.world);
   if (world) rtcReleaseScene(world);
   if (device) rtcReleaseDevice(device);
+}
+
+/// An empty scene.
+RTCScene Tracer::Implementation::new_scene(bool dynamic) const {
+  RTCScene scene_of_embree = rtcNewScene(device);
+  throw_on_error(device, "start");
+  // Rays through the edge between two triangles meet one of them: light stays in closed rooms.
+  // Only a dynamic scene has separate structures for its geometries, and rebuilds those that changed. Other scenes are
+  // built once, so a slower, better build pays off.
+  if (!dynamic) rtcSetSceneBuildQuality(scene_of_embree, RTC_BUILD_QUALITY_HIGH);
+  rtcSetSceneFlags(scene_of_embree,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | (dynamic ? RTC_SCENE_FLAG_DYNAMIC : 0) |
+                                              (single_sided ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
+  return scene_of_embree;
 }
 
 /// Builds whatever changed; throws Error if that fails.
 void Tracer::Implementation::commit() {
   whole = false;
+  for (const TracedMesh& mesh : meshes) rtcCommitScene(mesh.world);
   rtcCommitScene(world);
   throw_on_error(device, "build its acceleration structure");
   whole = true;
@@ -159,6 +191,7 @@ void Tracer::Implementation::build() {
     if (std::exchange(attached[id], false)) rtcDetachGeometry(world, id);
     add_geometry(id);
   }
+  build_meshes();
   commit();
 }
 
@@ -172,27 +205,26 @@ void Tracer::Implementation::find_lamps() {
 
 void Tracer::Implementation::sort_triangles() {
   const Geometry& g = *geometry;
-  std::vector<bool> moves(g.triangle_count(), false), tested(g.triangle_count(), false);
+  std::vector<bool> moves(g.triangles.size(), false), tested(g.triangles.size(), false);
   for (const std::uint32_t i : movable) moves[i] = true;
-  for (const std::uint32_t i : lamps.covered()) tested[i] = true;
+  for (const std::uint32_t i : lamps.covered())
+    if (i < tested.size()) tested[i] = true;
   for (TriangleList& list : lists) list.clear();
-  for (std::uint32_t i = 0; i < g.triangle_count(); ++i) {
+  for (std::uint32_t i = 0; i < g.triangles.size(); ++i) {
     if (scene->repeats(i)) continue;
     const bool passed = tested[i] || scene->has_alpha(g.material[i]) || scene->is_pane(g.material[i]);
     lists[(moves[i] ? kMovable : 0) + (passed ? kTested : 0)].push_back(i);
   }
   one_list = false;
-  for (const TriangleList& list : lists) one_list |= !list.empty() && list.size() == g.triangle_count();
+  for (const TriangleList& list : lists) one_list |= !list.empty() && list.size() == g.triangles.size();
 }
 
-void Tracer::Implementation::add_geometry(unsigned id) {
-  const TriangleList& list = lists[id];
-  if (list.empty()) return;
+/// The geometry of some triangles of a mesh. @param own_vertices no two of them share a vertex
+RTCGeometry Tracer::Implementation::new_triangles(const Geometry& mesh, const TriangleList& list,
+                                                  bool own_vertices) const {
   RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   throw_on_error(device, "take the triangles");
-  // Movable triangles have vertices of their own here, so that few vertices are written when they move.
-  const bool own_vertices = id >= kMovable;
-  const std::size_t vertex_count = own_vertices ? 3 * list.size() : geometry->positions.size();
+  const std::size_t vertex_count = own_vertices ? 3 * list.size() : mesh.positions.size();
   auto* vertices = static_cast<Vec3*>(
       rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3), vertex_count));
   auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -203,32 +235,111 @@ void Tracer::Implementation::add_geometry(unsigned id) {
     place_vertices(vertices, list);
     for (std::uint32_t i = 0; i < 3 * list.size(); ++i) indices[i] = i;
   } else {
-    std::memcpy(vertices, geometry->positions.data(), vertex_count * sizeof(Vec3));
-    for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(geometry->triangles[list[i]].data(), 3, indices + 3 * i);
+    std::memcpy(vertices, mesh.positions.data(), vertex_count * sizeof(Vec3));
+    for (std::size_t i = 0; i < list.size(); ++i) std::copy_n(mesh.triangles[list[i]].data(), 3, indices + 3 * i);
   }
+  return shape;
+}
+
+/// Adds a geometry of triangles to one of Embree's scenes.
+void Tracer::Implementation::attach(RTCScene to, RTCGeometry shape, unsigned id) {
   rtcSetGeometryUserData(shape, this);
   if (id & kTested) {
     rtcSetGeometryIntersectFilterFunction(shape, pass_filter<false>);
     rtcSetGeometryOccludedFilterFunction(shape, pass_filter<true>);
   }
   rtcCommitGeometry(shape);
-  rtcAttachGeometryByID(world, shape, id);
-  attached[id] = true;
+  rtcAttachGeometryByID(to, shape, id);
   rtcReleaseGeometry(shape);
+}
+
+void Tracer::Implementation::add_geometry(unsigned id) {
+  if (lists[id].empty()) return;
+  // Movable triangles have vertices of their own here, so that few vertices are written when they move.
+  attach(world, new_triangles(*geometry, lists[id], id >= kMovable), id);
+  attached[id] = true;
+}
+
+/// Makes the structures of meshes that do not have the right ones.
+void Tracer::Implementation::build_meshes() {
+  const Geometry& g = *geometry;
+  std::vector<std::vector<bool>> tested;
+  for (const auto& mesh : g.meshes) {
+    std::vector<bool>& of_mesh = tested.emplace_back();
+    for (const std::uint32_t material : mesh->material)
+      of_mesh.push_back(scene->has_alpha(material) || scene->is_pane(material));
+  }
+  for (const std::uint32_t i : lamps.covered()) {
+    const StoredTriangle at = g.stored(i);
+    if (at.instance) tested[at.instance->mesh][at.index] = true;
+  }
+  const bool is_new = meshes.empty();
+  meshes.resize(g.meshes.size());
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    TracedMesh& mesh = meshes[i];
+    TriangleList sorted[2];
+    for (std::uint32_t t = 0; t < tested[i].size(); ++t) sorted[tested[i][t] ? kTested : 0].push_back(t);
+    if (mesh.world && sorted[kTested] == mesh.lists[kTested]) continue;
+    mesh.bounds = g.meshes[i]->bounds();
+    if (!mesh.world) mesh.world = new_scene(false);
+    for (unsigned id = 0; id < 2; ++id) {
+      if (!mesh.lists[id].empty()) rtcDetachGeometry(mesh.world, id);
+      if (!sorted[id].empty()) attach(mesh.world, new_triangles(*g.meshes[i], sorted[id], false), id);
+      mesh.lists[id] = std::move(sorted[id]);
+    }
+  }
+  if (is_new && !g.instances.empty()) add_instances();
+}
+
+void Tracer::Implementation::find_repeated_instances() {
+  const Geometry& g = *geometry;
+  const auto key = [&](std::uint32_t i) {
+    const Transform& m = g.instances[i].to_world;
+    const auto bits = [](Vec3 v) { return std::tuple(v.x, v.y, v.z); };
+    return std::tuple(g.instances[i].mesh, bits(m.translation), bits(m.x), bits(m.y), bits(m.z));
+  };
+  std::vector<std::uint32_t> order(g.instances.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  repeated_instances.assign(order.size(), false);
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    const std::vector<std::uint32_t>& materials = g.meshes[g.instances[order[i]].mesh]->material;
+    // Layers with holes add up.
+    repeated_instances[order[i]] =
+        key(order[i - 1]) == key(order[i]) &&
+        std::none_of(materials.begin(), materials.end(), [&](std::uint32_t m) { return scene->has_alpha(m); });
+  }
+}
+
+void Tracer::Implementation::add_instances() {
+  find_repeated_instances();
+  RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  throw_on_error(device, "take the instances");
+  rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(geometry->instances.size()));
+  set_instance_functions(shape);
+  attach(world, shape, kInstances);
+}
+
+std::uint32_t Tracer::Implementation::triangle_of_instance(unsigned id, unsigned primitive, unsigned instance) const {
+  const Instance& at = geometry->instances[instance];
+  return at.first + meshes[at.mesh].lists[id][primitive];
 }
 
 void Tracer::Implementation::visit_near(Vec3 center, float radius,
                                         const std::function<bool(std::uint32_t)>& visit) const {
-  TriangleVisit to{this, &visit};
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  RTCPointQuery query;
-  query.x = center.x;
-  query.y = center.y;
-  query.z = center.z;
-  query.time = 0;
-  query.radius = radius;
-  rtcPointQuery(world, &query, &context, visit_triangle, &to);
+  TriangleVisit to{this, &visit, center, radius, RTC_INVALID_GEOMETRY_ID};
+  visit_scene(world, to);
+}
+
+bool Tracer::Implementation::visit_instance(unsigned instance, Vec3 center, float radius,
+                                            const std::function<bool(std::uint32_t)>& visit) const {
+  const Instance& at = geometry->instances[instance];
+  const Transform inward = inverse_of(at);
+  // No length grows by more than the root of the sum of all squares.
+  const float growth = std::sqrt(length_squared(inward.x) + length_squared(inward.y) + length_squared(inward.z));
+  TriangleVisit to{this, &visit, inward.vector(center - at.to_world.translation), (radius + at.rounding) * growth,
+                   instance};
+  return visit_scene(meshes[at.mesh].world, to);
 }
 
 void Tracer::Implementation::place_vertices(Vec3* vertices, const TriangleList& list) const {

@@ -18,8 +18,15 @@ namespace glowworm {
 using TriangleList = std::vector<std::uint32_t>;
 
 /// Numbers of Embree's geometries: opaque triangles, triangles that rays may pass (Scene::has_alpha, is_pane, and
-/// LampsInPlanes), and the same for triangles that follow() may move.
-inline constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4;
+/// LampsInPlanes), and the same for triangles that follow() may move; then that of all instances.
+inline constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4, kInstances = 4;
+
+/// The structure of a mesh that instances place, in its own space. Its geometries have the first two numbers.
+struct TracedMesh {
+  RTCScene world = nullptr;
+  TriangleList lists[2];  ///< as indices into the mesh
+  Box3 bounds;
+};
 
 struct Tracer::Implementation {
   const Scene* scene = nullptr;
@@ -30,6 +37,8 @@ struct Tracer::Implementation {
   TriangleList lists[kGeometries];
   bool attached[kGeometries] = {};
   bool one_list = false;
+  std::vector<TracedMesh> meshes;
+  std::vector<bool> repeated_instances;  ///< whether an earlier one has the same mesh and place; no ray meets it
   LampsInPlanes lamps;
   bool single_sided;   ///< a material is
   bool panes = false;  ///< a material is one
@@ -42,10 +51,17 @@ struct Tracer::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
-  /// If all triangles are in one geometry, the list is the identity and is not read.
-  std::uint32_t triangle(unsigned id, unsigned primitive) const { return one_list ? primitive : lists[id][primitive]; }
+  /// The triangle of a hit. If all triangles without instances are in one geometry, the list is the identity and is not
+  /// read. @param instance RTC_INVALID_GEOMETRY_ID for none
+  std::uint32_t triangle(unsigned id, unsigned primitive, unsigned instance) const {
+    if (instance != RTC_INVALID_GEOMETRY_ID) return triangle_of_instance(id, primitive, instance);
+    return one_list ? primitive : lists[id][primitive];
+  }
   void follow(const Scene& s);
   void visit_near(Vec3 center, float radius, const std::function<bool(std::uint32_t)>& visit) const;
+  /// The same for the triangles of an instance; false if visit() ended it.
+  bool visit_instance(unsigned instance, Vec3 center, float radius,
+                      const std::function<bool(std::uint32_t)>& visit) const;
 
  private:
   explicit Implementation(const Scene& s);
@@ -53,9 +69,22 @@ struct Tracer::Implementation {
   void build();
   void find_lamps();
   void sort_triangles();
+  RTCScene new_scene(bool dynamic) const;
+  std::uint32_t triangle_of_instance(unsigned id, unsigned primitive, unsigned instance) const;
   void add_geometry(unsigned id);
+  RTCGeometry new_triangles(const Geometry& mesh, const TriangleList& list, bool own_vertices) const;
+  void attach(RTCScene to, RTCGeometry shape, unsigned id);
+  void build_meshes();
+  void find_repeated_instances();
+  void add_instances();
   void place_vertices(Vec3* vertices, const TriangleList& list) const;
 };
+
+/// The inverse of an instance's map, without its translation.
+Transform inverse_of(const Instance& instance);
+
+/// Tells Embree how to meet the instances of a scene. @param shape its user data are the Implementation
+void set_instance_functions(RTCGeometry shape);
 
 /// A pane that a ray passes.
 struct PassedPane : PassedSurface {

@@ -25,11 +25,14 @@ void side_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
+    const unsigned instance = RTCHitN_instID(args->hit, args->N, i, 0);
     const std::uint32_t triangle =
-        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i));
-    if (!self.scene->materials()[self.geometry->material[triangle]].single_sided) continue;
-    const Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
-                         RTCRayN_dir_z(args->ray, args->N, i)};
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i), instance);
+    if (!self.scene->materials()[self.geometry->material_of(triangle)].single_sided) continue;
+    Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                   RTCRayN_dir_z(args->ray, args->N, i)};
+    // The ray is in the space of the mesh.
+    if (instance != RTC_INVALID_GEOMETRY_ID) direction = self.geometry->instances[instance].to_world.vector(direction);
     if (dot(direction, self.scene->diffuse_triangle(triangle).normal) > 0) args->valid[i] = 0;
   }
 }
@@ -100,9 +103,10 @@ void intersect_packets(const Tracer::Implementation& self, std::size_t count, Co
     call(valid, self.world, context_of(first, n), &packet);
     for (std::size_t i = 0; i < n; ++i) {
       const bool hits = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-      found(first + i, Hit{packet.ray.tfar[i],
-                           hits ? self.triangle(packet.hit.geomID[i], packet.hit.primID[i]) : kNone,
-                           {packet.hit.u[i], packet.hit.v[i]}});
+      found(first + i,
+            Hit{packet.ray.tfar[i],
+                hits ? self.triangle(packet.hit.geomID[i], packet.hit.primID[i], packet.hit.instID[0][i]) : kNone,
+                {packet.hit.u[i], packet.hit.v[i]}});
     }
   }
 }
@@ -170,13 +174,13 @@ void for_panes(const Scene& scene, const std::vector<PassedPane>& sorted, unsign
   const auto rounding = [&](const PassedPane& pane) {
     return scene.diffuse_triangle(pane.triangle).offset() / std::abs(facing(pane));
   };
-  const std::vector<std::uint32_t>& material = scene.geometry().material;
+  const auto material = [&](const PassedPane& pane) { return scene.geometry().material_of(pane.triangle); };
   const auto is_interface = [&](const PassedPane& pane) {
-    return scene.materials()[material[pane.triangle]].kind == MaterialKind::interface;
+    return scene.materials()[material(pane)].kind == MaterialKind::interface;
   };
   const auto are_one = [&](const PassedPane& a, const PassedPane& b) {
     if (!is_interface(a) && !is_interface(b)) return true;
-    return material[a.triangle] == material[b.triangle] && facing(a) * facing(b) > 0;
+    return material(a) == material(b) && facing(a) * facing(b) > 0;
   };
   const PassedPane* last = nullptr;
   for (const PassedPane& pane : sorted) {
@@ -223,7 +227,7 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   Hit hit;
   hit.distance = query.ray.tfar;
   if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
-    hit.triangle = implementation_->triangle(query.hit.geomID, query.hit.primID);
+    hit.triangle = implementation_->triangle(query.hit.geomID, query.hit.primID, query.hit.instID[0]);
     hit.barycentric = {query.hit.u, query.hit.v};
   }
   return hit;

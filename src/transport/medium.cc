@@ -35,7 +35,7 @@ class MediumNumbers {
 constexpr float kLeastTransmittance = 0.1f;
 
 const Material& material_of(const Scene& scene, std::uint32_t triangle) {
-  return scene.materials()[scene.geometry().material[triangle]];
+  return scene.materials()[scene.geometry().material_of(triangle)];
 }
 
 /// The medium that a surface names on the side to which `direction` points: an index, kNone or kUnnamed.
@@ -86,7 +86,8 @@ RGB opacity(RGB sigma_t, float distance) {
 }
 
 bool is_interface(const Scene& scene, std::uint32_t triangle) {
-  return material_of(scene, triangle).kind == MaterialKind::interface && scene.geometry().emission[triangle] == kNone;
+  return material_of(scene, triangle).kind == MaterialKind::interface &&
+         scene.geometry().emission_of(triangle) == kNone;
 }
 
 PathMedium medium_behind(const Scene& scene, PathMedium before, std::uint32_t triangle, Vec3 direction) {

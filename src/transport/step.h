@@ -58,7 +58,7 @@ bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) 
   }
   Vertex vertex = vertex_at(scene, path.ray, hit);
   if (!scene.media().empty()) vertex.media = media_at(scene, path.medium, hit.triangle, vertex.wo);
-  if (scene.geometry().emission[hit.triangle] != kNone && policy.finds_light()) {
+  if (scene.geometry().emission_of(hit.triangle) != kNone && policy.finds_light()) {
     const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
     if (!is_black(emitted))
       policy.add_light(emitted, scene.emissive_index(hit.triangle),

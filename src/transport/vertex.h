@@ -44,7 +44,8 @@ float broad_probability(const Vertex& vertex);
 /// If a ray has hit a surface that emits nothing and only reflects diffusely, as most do, fills `point` at a fraction
 /// of the cost of a Vertex, and returns true; otherwise returns false.
 inline bool diffuse_vertex(const Scene& scene, const Hit& hit, DiffusePoint& point) {
-  return !(scene.diffuse_triangle(hit.triangle).kind & DiffuseTriangle::kEmits) &&
+  DiffuseTriangleRoom room;
+  return !(scene.diffuse_triangle(hit.triangle, room).kind & DiffuseTriangle::kEmits) &&
          diffuse_point(scene, hit.triangle, hit.barycentric, point);
 }
 

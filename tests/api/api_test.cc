@@ -347,6 +347,74 @@ TEST(Api, APhotonMapShowsTheLightOfThePlane) {
   EXPECT_THAT(error_of([&] { map.irradiance(at, up); }), HasSubstr("1 normals for 2 points"));
 }
 
+/// A grid of 2 * 20 * 20 triangles at z = 0, one metre wide around the origin.
+struct Grid {
+  std::vector<gw::Vec3> positions;
+  std::vector<gw::Triangle> triangles;
+
+  Grid() {
+    for (int i = 0; i < 21 * 21; ++i)
+      positions.push_back({static_cast<float>(i % 21) / 20 - 0.5f, static_cast<float>(i / 21) / 20 - 0.5f, 0});
+    for (std::uint32_t i = 0; i < 20 * 21; ++i)
+      if (i % 21 < 20) {
+        triangles.push_back({i, i + 1, i + 22});
+        triangles.push_back({i, i + 22, i + 21});
+      }
+  }
+  gw::Mesh mesh(std::uint32_t material) const {
+    gw::Mesh out;
+    out.positions = positions;
+    out.triangles = triangles;
+    out.material = material;
+    out.name = "tile";
+    return out;
+  }
+};
+
+TEST(Api, InstancesAreMeshesAtManyPlaces) {
+  const Grid grid;
+  std::vector<gw::Placement> places;
+  for (int i = 0; i < 6; ++i)
+    places.push_back({{{i % 2 ? -1.0f : 1.0f, 0, 0, 2.0f * static_cast<float>(i)}, {0, 1, 0.2f, 0}, {0, 0, 1, 0}}});
+  gw::SceneBuilder builder;
+  gw::Mesh tile = grid.mesh(builder.add_material({}));
+  builder.add_instances(tile, places);
+  tile.radiance = {1, 1, 1};
+  for (gw::Placement& place : places) place[2][3] = 3;
+  builder.add_instances(tile, places);
+  const gw::Scene scene = builder.build();
+  EXPECT_EQ(scene.triangle_count(), 12 * 800u);
+  ASSERT_EQ(scene.triangles().size(), scene.triangle_count());
+  ASSERT_EQ(scene.triangle_materials().size(), scene.triangle_count());
+  std::vector<gw::Vec3> origin, up;
+  for (int i = 0; i < 6; ++i) {
+    origin.push_back({2.0f * static_cast<float>(i) + 0.13f, 0.21f, 1});
+    up.push_back({0, 0, -1});
+  }
+  const gw::Tracer tracer(scene);
+  const gw::Hits hits = tracer.intersect({origin, up, 0, {}});
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR(hits.distance[i], 1, 1e-5f);
+    // The arrays have the triangle that the ray meets.
+    float nearest = 9;
+    for (const std::uint32_t corner : scene.triangles()[hits.triangle[i]])
+      nearest = std::min(
+          nearest, std::hypot(scene.positions()[corner].x - origin[i].x, scene.positions()[corner].y - origin[i].y));
+    EXPECT_LT(nearest, 0.08f);
+  }
+  // Lamps shine from each place, and a bake has texels for each.
+  const TemporaryFolder folder;
+  gw::BakeOptions options;
+  options.render.samples = 1;
+  options.render.photons = 2000;
+  options.atlas = 256;
+  gw::bake(scene, folder.path("tiles.glb"), options);
+  EXPECT_GT(std::filesystem::file_size(folder.path("tiles.glb")), 6 * 800u * 3 * 4);
+  places[3][1][1] = std::numeric_limits<float>::infinity();
+  EXPECT_THAT(error_of([&] { builder.add_instances(grid.mesh(builder.add_material({})), places); }),
+              HasSubstr("the place of tile 4 is not finite"));
+}
+
 TEST(Api, SensorsMeasureTheSun) {
   gw::SceneBuilder builder;
   builder.add_mesh(square(builder.add_material({})));

@@ -19,7 +19,7 @@ struct BakeStage {
   std::shared_ptr<const PointGrid> grid;
 
   explicit BakeStage(SceneDescription description, AtlasRequest request)
-      : stage(std::move(description)),
+      : stage(without_instances(std::make_shared<const Scene>(std::move(description)))),
         layout(lay_out(stage.scene, stage.tracer, request)),
         grid(std::make_shared<const PointGrid>(texel_points(*stage.scene, *stage.tracer, layout))) {}
 

@@ -122,6 +122,35 @@ TEST_F(AssimpTest, ReadsMaterialsTexturesPlacesCamerasAndLights) {
   EXPECT_EQ(d.lights[0].intensity, RGB(1, 2, 3));
 }
 
+TEST_F(AssimpTest, NodesThatShareAMeshAreInstances) {
+  std::string positions, corners;
+  for (int i = 0; i < 60; ++i) {
+    positions += std::to_string(i % 7) + " " + std::to_string(i / 7) + " " + std::to_string(i * i % 5) + " ";
+    if (i % 3 == 2) corners += std::to_string(i - 2) + " " + std::to_string(i - 1) + " " + std::to_string(i) + " ";
+  }
+  const std::string libraries =
+      "<library_geometries><geometry id=\"t\"><mesh><source id=\"p\"><float_array id=\"f\" count=\"180\">" + positions +
+      "</float_array><technique_common><accessor source=\"#f\" count=\"60\" stride=\"3\"><param name=\"X\" "
+      "type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor>"
+      "</technique_common></source><vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices>"
+      "<triangles count=\"20\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>" +
+      corners + "</p></triangles></mesh></geometry></library_geometries>";
+  std::string nodes;
+  for (int i = 0; i < 4; ++i)
+    nodes += "<node name=\"n" + std::to_string(i) + "\"><translate>0 0 " + std::to_string(10 * i) +
+             "</translate><instance_geometry url=\"#t\"/></node>";
+  const Geometry g = load_scene(write("a.dae", collada(libraries, nodes))).geometry;
+  ASSERT_EQ(g.instances.size(), 3u);
+  const auto each = static_cast<std::uint32_t>(g.triangles.size());
+  ASSERT_EQ(g.triangle_count(), 4 * each);
+  for (std::uint32_t t = 0; t < each; ++t)
+    for (std::uint32_t i = 1; i < 4; ++i) {
+      const float shift = 10 * static_cast<float>(i);
+      EXPECT_NEAR(g.corners(i * each + t)[0].z, g.corners(t)[0].z + shift, 1e-5f);
+      EXPECT_EQ(g.corners(i * each + t)[2].x, g.corners(t)[2].x);
+    }
+}
+
 TEST_F(AssimpTest, ReportsAssimpsMessageForBadFiles) {
   EXPECT_THAT(message_of(write("b.dae", "<COLLADA")), HasSubstr("b.dae: cannot be read: "));
   EXPECT_THAT(message_of(write("b.fbx", "")), HasSubstr("b.fbx: cannot be read: "));

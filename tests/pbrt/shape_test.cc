@@ -256,9 +256,8 @@ TEST(PbrtShape, InstancesAreMovedByBothTransforms) {
   EXPECT_NEAR(box.min.y, 9, 2e-3);
   EXPECT_NEAR(total_area(scene.geometry) / (2 * 4 * M_PI), 1, 1e-5);
   for (std::uint32_t t = 0; t < scene.geometry.triangle_count(); ++t) {
-    const auto& [a, b, c] = scene.geometry.triangles[t];
-    const Vec3 outwards = scene.geometry.normals[a] + scene.geometry.normals[b] + scene.geometry.normals[c];
-    ASSERT_GT(dot(scene.geometry.scaled_normal(t), outwards), 0) << t;
+    const auto [a, b, c] = scene.geometry.corner_normals(t);
+    ASSERT_GT(dot(scene.geometry.scaled_normal(t), a + b + c), 0) << t;
   }
 }
 

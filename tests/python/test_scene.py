@@ -50,6 +50,23 @@ def test_geometry_is_a_view_of_the_scene(square):
         positions[0, 0] = 1
 
 
+def test_instances_are_meshes_at_many_places():
+    grid = np.stack(np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), [0.0]), -1).reshape(-1, 3)
+    at = np.arange(72).reshape(8, 9)[:, :8].reshape(-1)
+    triangles = np.concatenate([np.stack([at, at + 1, at + 10], -1), np.stack([at, at + 10, at + 9], -1)])
+    places = np.tile(np.eye(4), (5, 1, 1))
+    places[:, 2, 3] = range(5)
+    builder = glowworm.SceneBuilder()
+    builder.add_material()
+    builder.add_instances(grid, triangles, places, name="shelf")
+    builder.add_instances(grid, triangles, places[:, :3] + [0, 0, 0, 3])
+    scene = builder.build()
+    assert scene.triangle_count == 10 * 128
+    np.testing.assert_allclose(scene.positions[:, 2].reshape(10, 81)[[1, 6]], [[1] * 81, [4] * 81])
+    with pytest.raises(ValueError, match="transforms are not of shape"):
+        builder.add_instances(grid, triangles, places[0])
+
+
 def test_arrays_of_other_types_make_the_same_scene():
     def positions_of(corners, triangles):
         builder = glowworm.SceneBuilder()

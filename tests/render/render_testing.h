@@ -17,8 +17,9 @@ struct Stage {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Tracer> tracer;
 
-  explicit Stage(SceneDescription description)
-      : scene(std::make_shared<const Scene>(std::move(description))), tracer(std::make_shared<const Tracer>(*scene)) {}
+  explicit Stage(SceneDescription description) : Stage(std::make_shared<const Scene>(std::move(description))) {}
+  explicit Stage(std::shared_ptr<const Scene> whole)
+      : scene(std::move(whole)), tracer(std::make_shared<const Tracer>(*scene)) {}
 
   Film render(const RenderSettings& settings) const {
     Job job(scene, tracer, settings);

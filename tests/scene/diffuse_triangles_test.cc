@@ -78,7 +78,8 @@ TEST(DiffuseTriangles, FollowAnEditThatMovesThem) {
   const Scene scene(floor_description());
   SceneEdit edit{scene.emissions(), scene.lights(), scene.environment(), nullptr, {}, ""};
   const Scene same(scene, edit);
-  EXPECT_EQ(&same.diffuse_triangle(0), &scene.diffuse_triangle(0));
+  DiffuseTriangleRoom unused;
+  EXPECT_EQ(&same.diffuse_triangle(0, unused), &scene.diffuse_triangle(0, unused));
   auto moved = std::make_shared<Geometry>(scene.geometry());
   const Vec3 shift{1, 2, 3};
   for (Vec3& position : moved->positions) position += shift;

@@ -18,6 +18,7 @@
 #include "core/parallel.h"
 #include "import/assimp/hand_over.h"
 #include "import/assimp/process.h"
+#include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
 #include "import/phong.h"
@@ -42,6 +43,7 @@ class ForeignBuilder {
         path_(path),
         notes_(notes),
         triangles_(*options.budget, "triangles", 0),
+        keeper_(description_.geometry, origin_, triangles_),
         textures_(options, notes) {}
 
   SceneDescription build() {
@@ -60,6 +62,7 @@ class ForeignBuilder {
       check_cancelled();
       add_mesh(scene_.meshes[instance.mesh], instance.to_world);
     }
+    description_.geometry.number_instances();
     for (const ForeignCamera& camera : scene_.cameras) add_camera(camera);
     for (const ForeignLight& light : scene_.lights) add_light(light);
     notes_.add("animation: the first moment is shown", scene_.animations);
@@ -80,6 +83,22 @@ class ForeignBuilder {
     if (source.has_points_or_lines) notes_.add("points or lines, left out");
     if (source.has_bones) notes_.add("skin: the mesh is shown as it was modelled");
     if (source.has_colors) notes_.add("mesh with colours at its vertices, not used");
+    const std::uint32_t emission = emissions_[source.material];
+    if (emission == kNone && keeper_.keep(&source, to_world, source.name, [&] {
+          SharedMesh shared;
+          append_counted(shared.geometry, mesh_of(source), path_ + ": " + source.name, source.material, kNone, notes_);
+          return shared;
+        }) != kNone)
+      return;
+    Geometry mesh = mesh_of(source);
+    place_mesh(mesh, to_world, origin_);
+    triangles_.grow(scene_bytes(mesh));
+    description_.geometry.begin_object(source.name);
+    append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material, emission, notes_);
+  }
+
+  /// A mesh in its own space.
+  Geometry mesh_of(const ForeignMesh& source) {
     Geometry mesh;
     mesh.positions = source.positions;
     mesh.uvs = source.uvs;
@@ -89,11 +108,7 @@ class ForeignBuilder {
     mesh.triangles = source.triangles;
     merge_identical_vertices(mesh);
     notes_.add("triangle wound against its normals, reversed", wind_by_normals(mesh));
-    place_mesh(mesh, to_world, origin_);
-    triangles_.grow(scene_bytes(mesh));
-    description_.geometry.begin_object(source.name);
-    append_counted(description_.geometry, mesh, path_ + ": " + source.name, source.material,
-                   emissions_[source.material], notes_);
+    return mesh;
   }
 
   void add_camera(const ForeignCamera& source) {
@@ -155,17 +170,11 @@ class ForeignBuilder {
   const std::string& path_;
   NoteCounter& notes_;
   Reservation triangles_;
+  InstanceKeeper keeper_;
   TextureCache textures_;
   SceneDescription description_;
   std::vector<std::uint32_t> emissions_;  ///< for each material
 };
-
-/// Throws MemoryError if the triangles of all instances do not fit into the budget, before the first is placed.
-void check_room(const ForeignScene& scene, MemoryBudget& budget) {
-  std::uint64_t triangles = 0;
-  for (const ForeignInstance& instance : scene.instances) triangles += scene.meshes[instance.mesh].triangles.size();
-  const Reservation room(budget, "triangles of instances", scene_bytes(triangles, 0));
-}
 
 /// Maximum memory of the process for a file, bytes: what programs and libraries take, and what a file of that size can
 /// become. A damaged one may ask for any amount.
@@ -200,7 +209,6 @@ SceneDescription build_assimp_scene(std::string_view bytes, const std::string& p
   const Reservation meshes(*options.budget, "meshes", bytes.size());  // both forms have about the same size
   const ForeignScene scene = read_foreign_scene(bytes, path);
   for (const std::string& name : scene.files) record_input_file(name);
-  check_room(scene, *options.budget);
   NoteCounter notes;
   SceneDescription description = ForeignBuilder(scene, path, options, notes, origin).build();
   if (description.geometry.triangles.empty()) {

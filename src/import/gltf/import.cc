@@ -25,6 +25,7 @@
 #include "import/gltf/pose.h"
 #include "import/gltf/value.h"
 #include "import/ies/luminaire.h"
+#include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
 #include "import/texture_cache.h"
@@ -58,6 +59,7 @@ class GltfBuilder {
         model_(*document.model),
         meshes_(*options.budget, "meshes", 0),
         triangles_(*options.budget, "triangles", 0),
+        keeper_(description_.geometry, origin, triangles_),
         textures_(options, notes_),
         materials_(document, textures_, notes_, description_),
         moment_(options.moment),
@@ -78,6 +80,8 @@ class GltfBuilder {
     for (const PlacedNode& node : placed_) add_node(node.index, node.visible);
     if (motion_ && !model_.animations.empty()) motion_->length = animation_seconds(document_, moment_.animation);
     if (motion_ && (!motion_->is_still || (motion_->slice_count() > 0 && !model_.animations.empty()))) add_motion();
+    description_.geometry.number_instances();
+    if (parts_) number_parts();
     note_extensions();
     // glTF viewers add lights unless the file has some. Emission lights a scene only if that is plausible, as in a room
     // with a glowing lamp.
@@ -204,7 +208,7 @@ class GltfBuilder {
       return;
     }
     // Without triangles, no place is shown.
-    if (bytes_of(node.mesh) == 0) return;
+    if (bytes_of(node.mesh, 1) == 0) return;
     const tinygltf::Value& attributes = instancing->Get("attributes");
     Reservation places(*document_.budget, "places of instances", 0);
     const auto read = [&](const char* name, int components) {
@@ -260,12 +264,15 @@ class GltfBuilder {
     return accessor < 0 ? 0 : model_.accessors[static_cast<std::size_t>(accessor)].count;
   }
 
-  /// Bytes of the triangles of one instance of a mesh in the scene.
-  std::uint64_t bytes_of(int index) {
-    std::uint64_t bytes = 0;
-    for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive&, std::size_t, const std::string&) {
-      if (!mesh.triangles.empty()) bytes += scene_bytes(mesh);
-    });
+  /// Bytes of the triangles of a mesh in the scene, at some places.
+  double bytes_of(int index, double places) {
+    double bytes = 0;
+    for_each_primitive(index,
+                       [&](const Geometry& mesh, const tinygltf::Primitive&, std::size_t material, const std::string&) {
+                         if (mesh.triangles.empty()) return;
+                         const bool emits = material_info_.at(material).emission != kNone;
+                         bytes += emits ? places * static_cast<double>(scene_bytes(mesh)) : shared_bytes(mesh, places);
+                       });
     return bytes;
   }
 
@@ -280,7 +287,7 @@ class GltfBuilder {
       std::size_t count = 0;
       for (const char* name : {"TRANSLATION", "ROTATION", "SCALE"})
         count = std::max(count, count_of(instancing->Get("attributes"), name));
-      bytes += static_cast<double>(count) * static_cast<double>(bytes_of(node.mesh));
+      bytes += bytes_of(node.mesh, static_cast<double>(count));
     }
     const Reservation room(*document_.budget, "triangles of instances",
                            static_cast<std::uint64_t>(std::min(bytes, 1e18)));
@@ -290,12 +297,17 @@ class GltfBuilder {
   void add_mesh(int node, int number, const TransformDouble& to_world, const GltfDeformation& deformation) {
     check_cancelled();
     const int index = model_.nodes[static_cast<std::size_t>(node)].mesh;
-    const std::string& name = model_.meshes[static_cast<std::size_t>(index)].name;
-    description_.geometry.begin_object(name.empty() ? fmt::format("mesh {}", index) : name);
+    const std::string& own_name = model_.meshes[static_cast<std::size_t>(index)].name;
+    const std::string name = own_name.empty() ? fmt::format("mesh {}", index) : own_name;
+    const bool is_kept =
+        deformation.weights.empty() && deformation.joints.empty() && keep_instance(node, number, to_world, name);
+    if (!is_kept) description_.geometry.begin_object(name);
     for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive& source, std::size_t material,
                                   const std::string& where) {
       if (mesh.triangles.empty()) return;
       const GltfMaterialInfo info = mesh.colors.empty() ? material_info_.at(material) : tinted(material);
+      if (is_kept && info.emission == kNone) return;
+      if (is_kept) description_.geometry.begin_object(name);
       triangles_.grow(scene_bytes(mesh));
       Geometry instance = mesh;
       deform_gltf_primitive(document_, source, deformation, where, instance);
@@ -304,28 +316,78 @@ class GltfBuilder {
       } else {
         for (const Vec3 p : instance.positions) origin_.cover(Vec3d(p) + Vec3d(origin_.origin()));
       }
-      const std::size_t first = description_.geometry.triangle_count();
+      const std::size_t first = description_.geometry.triangles.size();
       append_counted(description_.geometry, instance, document_.path + ": " + where, info.index, info.emission, notes_);
       if (parts_) add_part(node, number, source, mesh, instance, first);
     });
   }
 
+  /// The primitives of a mesh that do not emit light, as one mesh.
+  Geometry merged_primitives(int index, std::vector<GltfPart>& parts) {
+    Geometry out;
+    for_each_primitive(index, [&](const Geometry& mesh, const tinygltf::Primitive& source, std::size_t material,
+                                  const std::string& where) {
+      if (mesh.triangles.empty()) return;
+      const GltfMaterialInfo info = mesh.colors.empty() ? material_info_.at(material) : tinted(material);
+      if (info.emission != kNone) return;
+      const std::size_t first = out.triangles.size();
+      append_counted(out, mesh, document_.path + ": " + where, info.index, kNone, notes_);
+      parts.push_back(part_of(index, source, mesh, first, out.triangles.size() - first));
+    });
+    return out;
+  }
+
+  /// Whether the mesh of a node is an instance now. Its primitives that emit light are not part of it.
+  bool keep_instance(int node, int number, const TransformDouble& to_world, const std::string& name) {
+    const int index = model_.nodes[static_cast<std::size_t>(node)].mesh;
+    std::vector<GltfPart>& parts = shared_parts_[index];
+    const std::uint32_t instance = keeper_.keep(&model_.meshes[static_cast<std::size_t>(index)], to_world, name, [&] {
+      return SharedMesh{merged_primitives(index, parts), {}};
+    });
+    if (instance == kNone) return false;
+    if (!parts_) return true;
+    for (GltfPart part : parts) {
+      part.node = node;
+      part.instance = number;
+      part.mirrored = to_world.determinant() < 0;
+      parts_->parts.push_back(std::move(part));
+      instance_parts_.emplace_back(parts_->parts.size() - 1, instance);
+    }
+    return true;
+  }
+
+  /// Numbers the triangles of parts that are instances, which so far counted from the first of the instance.
+  void number_parts() {
+    for (const auto& [part, instance] : instance_parts_)
+      parts_->parts[part].first_triangle += description_.geometry.instances[instance].first;
+    std::stable_sort(parts_->parts.begin(), parts_->parts.end(),
+                     [](const GltfPart& a, const GltfPart& b) { return a.first_triangle < b.first_triangle; });
+  }
+
+  /// A primitive that became some triangles. @param placed its mesh where that is
+  GltfPart part_of(int mesh, const tinygltf::Primitive& source, const Geometry& placed, std::size_t first,
+                   std::size_t count) const {
+    GltfPart part;
+    part.mesh = mesh;
+    const auto& primitives = model_.meshes[static_cast<std::size_t>(mesh)].primitives;
+    part.primitive = static_cast<std::size_t>(&source - primitives.data());
+    part.first_triangle = static_cast<std::uint32_t>(first);
+    part.count = static_cast<std::uint32_t>(count);
+    for (std::uint32_t t = 0; count < placed.triangles.size() && t < placed.triangles.size(); ++t) {
+      const float area = placed.doubled_area(t);
+      if (!(area > 0 && std::isfinite(area))) part.dropped.push_back(t);
+    }
+    return part;
+  }
+
   /// Records the origin of the triangles from `first` on. @param mesh before it was placed
   void add_part(int node, int number, const tinygltf::Primitive& source, const Geometry& mesh, const Geometry& instance,
                 std::size_t first) {
-    GltfPart part;
+    GltfPart part = part_of(model_.nodes[static_cast<std::size_t>(node)].mesh, source, instance, first,
+                            description_.geometry.triangles.size() - first);
     part.node = node;
     part.instance = number;
-    part.mesh = model_.nodes[static_cast<std::size_t>(node)].mesh;
-    const auto& primitives = model_.meshes[static_cast<std::size_t>(part.mesh)].primitives;
-    part.primitive = static_cast<std::size_t>(&source - primitives.data());
-    part.first_triangle = static_cast<std::uint32_t>(first);
-    part.count = static_cast<std::uint32_t>(description_.geometry.triangle_count() - first);
     part.mirrored = instance.triangles != mesh.triangles;
-    for (std::uint32_t t = 0; part.count < instance.triangles.size() && t < instance.triangles.size(); ++t) {
-      const float area = instance.doubled_area(t);
-      if (!(area > 0 && std::isfinite(area))) part.dropped.push_back(t);
-    }
     parts_->parts.push_back(std::move(part));
   }
 
@@ -443,6 +505,7 @@ class GltfBuilder {
   NoteCounter notes_;
   SceneDescription description_;
   Reservation meshes_, triangles_;
+  InstanceKeeper keeper_;
   TextureCache textures_;
   GltfMaterials materials_;
   std::vector<GltfMaterialInfo> material_info_;  ///< for each material of the file, then the default material
@@ -451,8 +514,10 @@ class GltfBuilder {
   const std::shared_ptr<SceneMotion> motion_;
   std::map<int, int> parent_;  // of each node below another
   bool light_uvs_;
-  std::shared_ptr<GltfParts> parts_;  ///< null: not wanted
-  std::vector<PlacedNode> placed_;    ///< in the order of the file's tree
+  std::shared_ptr<GltfParts> parts_;                                   ///< null: not wanted
+  std::vector<PlacedNode> placed_;                                     ///< in the order of the file's tree
+  std::map<int, std::vector<GltfPart>> shared_parts_;                  // of each mesh that is instanced
+  std::vector<std::pair<std::size_t, std::uint32_t>> instance_parts_;  ///< numbers of a part and its instance
   std::map<std::pair<int, std::size_t>, Geometry> primitives_;
   std::map<std::size_t, GltfMaterialInfo> tinted_;
   std::set<int> visited_;

@@ -174,10 +174,10 @@ void add_opening(SceneDescription& scene, const Light& light, std::uint32_t mate
   emission.profile = std::make_shared<const EmissionProfile>(light.table, std::move(normals), emission.two_sided);
   emission.radiance.value =
       light_power(light, 0) * static_cast<float>(1 / (M_PI * area * (emission.two_sided ? 2 : 1)));
-  emission.first_triangle = static_cast<std::uint32_t>(scene.geometry.triangle_count());
+  emission.first_triangle = static_cast<std::uint32_t>(scene.geometry.triangles.size());
   scene.geometry.begin_object(light.name);
   append_mesh(scene.geometry, mesh, light.name.c_str(), material, static_cast<std::uint32_t>(scene.emissions.size()));
-  emission.triangle_count = static_cast<std::uint32_t>(scene.geometry.triangle_count()) - emission.first_triangle;
+  emission.triangle_count = static_cast<std::uint32_t>(scene.geometry.triangles.size()) - emission.first_triangle;
   scene.emissions.push_back(std::move(emission));
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/pbrt/camera.h"
 #include "import/pbrt/lights.h"
@@ -76,7 +77,8 @@ struct PbrtBuilder::State {
         materials(context_),
         media(context_),
         object_meshes(*context_.budget, "object meshes", 0),
-        triangles(*context_.budget, "triangles", 0) {}
+        triangles(*context_.budget, "triangles", 0),
+        keeper(context_.scene.geometry, context_.origin, triangles) {}
 
   PbrtContext& context;
   PbrtMaterialTable materials;
@@ -99,6 +101,7 @@ struct PbrtBuilder::State {
   std::optional<PbrtPlace> moving_camera;
   bool has_world_content = false;
   Reservation object_meshes, triangles;
+  InstanceKeeper keeper;
 
   using Action = void (State::*)(PbrtDirective&);
   static Action action_of(std::string_view name);
@@ -480,6 +483,12 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
     return;
   }
   const TransformDouble to_world = transform_at(d);
+  // Errors of shapes are found with the first place.
+  if (diagnostics().error_count() == 0 &&
+      keeper.keep(&found->second, to_world,
+                  fmt::format("{} {}", d.strings[0], context.scene.geometry.instances.size() + 1),
+                  [&] { return shared_mesh(found->second); }) != kNone)
+    return;
   for (const PbrtShape& shape : found->second) {
     if (diagnostics().full()) return;
     place(shape, to_world);
@@ -545,6 +554,7 @@ void PbrtBuilder::finish() {
   state.add_motion();
   state.media.finish();
   state.materials.finish();
+  state.context.scene.geometry.number_instances();
 }
 
 }  // namespace glowworm

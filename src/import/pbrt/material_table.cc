@@ -140,6 +140,56 @@ void PbrtMaterialTable::check_mixes() {
   }
 }
 
+namespace {
+
+/// The triangles of a mesh that are present, with their objects.
+Geometry without_absent(Geometry mesh, const std::vector<Material>& materials) {
+  Geometry kept;
+  std::size_t count = 0;
+  std::uint32_t object = kNone;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (is_absent(materials[mesh.material[t]])) continue;
+    if (const std::uint32_t own = mesh.object_of(static_cast<std::uint32_t>(t)); own != object) {
+      object = own;
+      kept.objects.push_back({static_cast<std::uint32_t>(count), mesh.objects[own].name});
+    }
+    mesh.triangles[count] = mesh.triangles[t];
+    mesh.material[count] = mesh.material[t];
+    // pbrt's interfaces do not emit.
+    const bool is_interface = materials[mesh.material[t]].kind == MaterialKind::interface;
+    mesh.emission[count] = is_interface ? kNone : mesh.emission[t];
+    ++count;
+  }
+  mesh.triangles.resize(count);
+  mesh.material.resize(count);
+  mesh.emission.resize(count);
+  append_mesh(kept, mesh, "scene", 0, kNone);
+  return kept;
+}
+
+/// Adds the instances of `all` to `kept`, without triangles that are absent.
+void keep_instances(const Geometry& all, const std::vector<Material>& materials, Geometry& kept) {
+  std::vector<std::uint32_t> number;  // of each mesh in `kept`
+  for (const auto& mesh : all.meshes) {
+    auto present = std::make_shared<const Geometry>(without_absent(*mesh, materials));
+    number.push_back(present->triangles.empty() ? kNone : static_cast<std::uint32_t>(kept.meshes.size()));
+    if (!present->triangles.empty()) kept.meshes.push_back(std::move(present));
+  }
+  auto object = all.instance_objects.begin();
+  for (std::size_t i = 0; i < all.instances.size(); ++i) {
+    const bool is_new = object != all.instance_objects.end() && object->first_triangle == i;
+    Instance instance = all.instances[i];
+    instance.mesh = number[instance.mesh];
+    if (instance.mesh != kNone) {
+      if (is_new) kept.instance_objects.push_back({static_cast<std::uint32_t>(kept.instances.size()), object->name});
+      kept.instances.push_back(instance);
+    }
+    if (is_new) ++object;
+  }
+}
+
+}  // namespace
+
 void PbrtMaterialTable::remove_absent() {
   const auto& materials = context_.scene.materials;
   bool any = false;
@@ -148,31 +198,18 @@ void PbrtMaterialTable::remove_absent() {
   if (!any) return;
   Geometry& geometry = context_.scene.geometry;
   Geometry kept;
-  std::size_t count = 0;
-  std::uint32_t object = kNone;
-  for (std::size_t t = 0; t < geometry.triangles.size(); ++t) {
-    if (is_absent(materials[geometry.material[t]])) continue;
-    if (const std::uint32_t own = geometry.object_of(static_cast<std::uint32_t>(t)); own != object) {
-      object = own;
-      kept.objects.push_back({static_cast<std::uint32_t>(count), geometry.objects[own].name});
-    }
-    geometry.triangles[count] = geometry.triangles[t];
-    geometry.material[count] = geometry.material[t];
-    // pbrt's interfaces do not emit.
-    const bool is_interface = materials[geometry.material[t]].kind == MaterialKind::interface;
-    geometry.emission[count] = is_interface ? kNone : geometry.emission[t];
-    ++count;
-  }
-  if (count < geometry.triangles.size()) {
+  keep_instances(geometry, materials, kept);
+  const std::size_t before = geometry.triangles.size();
+  Geometry present = without_absent(std::exchange(geometry, {}), materials);
+  present.meshes = std::move(kept.meshes);
+  present.instances = std::move(kept.instances);
+  present.instance_objects = std::move(kept.instance_objects);
+  geometry = std::move(present);
+  if (geometry.triangles.size() < before) {
     context_.scene.notes.push_back(
         fmt::format("{} triangles of an \"interface\" material that parts no media or with an alpha of 0 were removed",
-                    geometry.triangles.size() - count));
+                    before - geometry.triangles.size()));
   }
-  geometry.triangles.resize(count);
-  geometry.material.resize(count);
-  geometry.emission.resize(count);
-  append_mesh(kept, geometry, "scene", 0, kNone);
-  geometry = std::move(kept);
 }
 
 void PbrtMaterialTable::finish() {

@@ -89,6 +89,17 @@ Geometry to_world_space(const PbrtShape& shape, const TransformDouble& to_world,
   return mesh;
 }
 
+SharedMesh shared_mesh(const std::vector<PbrtShape>& shapes) {
+  CoordinateOrigin origin;
+  Geometry mesh = read_near(origin, [&] {
+    Geometry all;
+    for (const PbrtShape& shape : shapes)
+      append_mesh(all, to_world_space(shape, TransformDouble(), origin), shape.kind.c_str(), shape.material, kNone);
+    return all;
+  });
+  return {std::move(mesh), Vec3d(origin.origin())};
+}
+
 void place_shape(PbrtContext& context, const PbrtShape& shape, const TransformDouble& to_world) {
   Geometry world = to_world_space(shape, to_world, context.origin);
   if (shape.light) world.emission = emissions_of(context, shape, world);

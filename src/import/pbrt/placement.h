@@ -1,8 +1,10 @@
 // Places shapes in the world: transforms, orientation, emission and texture coordinates.
 #pragma once
 #include <memory>
+#include <vector>
 
 #include "core/transform_double.h"
+#include "import/instance_keeper.h"
 #include "import/pbrt/context.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/tessellation.h"
@@ -29,6 +31,9 @@ struct PbrtShape {
 /// @param to_world applied after shape.to_outer
 /// @param origin   is subtracted from the positions
 Geometry to_world_space(const PbrtShape& shape, const TransformDouble& to_world, CoordinateOrigin& origin);
+
+/// The shapes of an object as one mesh in the object's space; none of them emits light. Throws Error for a bad mesh.
+SharedMesh shared_mesh(const std::vector<PbrtShape>& shapes);
 
 /// Adds a shape to the context's scene. Triangles without area or with infinite corners are left out, with a note.
 void place_shape(PbrtContext& context, const PbrtShape& shape, const TransformDouble& to_world);

@@ -132,6 +132,19 @@ class SceneBuilder:
         two_sided: bool = ...,
         name: str = ...,
     ) -> None: ...
+    def add_instances(
+        self,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        transforms: ArrayLike,
+        *,
+        material: int = ...,
+        normals: Optional[ArrayLike] = ...,
+        uvs: Optional[ArrayLike] = ...,
+        radiance: Optional[Color] = ...,
+        two_sided: bool = ...,
+        name: str = ...,
+    ) -> None: ...
     def add_point_light(self, position: Vector, intensity: Color) -> None: ...
     def add_spot_light(
         self,
