@@ -145,7 +145,7 @@ TEST(AlphaOpic, AddsUpOverLightsByTheirRatios) {
   sensors.add({0.5f, -0.2f, 0.5f}, {0, std::sqrt(0.5f), std::sqrt(0.5f)});
   RenderSettings settings = sensor_settings(RenderSettings());
   settings.integrator = Integrator::path;
-  settings.samples = 4096;
+  settings.samples = 16384;
   settings.light_groups = settings.separate_layers = true;
   settings.memory_bytes = 1 << 28;
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false, kSensorBatches));
