@@ -70,6 +70,34 @@ TEST_F(ViewTest, WritesFramesWithoutAWindow) {
   EXPECT_THAT(table, HasSubstr("frame,seconds,"));
 }
 
+TEST_F(ViewTest, PlaysTheAnimationOfTheScene) {
+  write("a.pbrt", R"(LookAt 0 0 5  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+WorldBegin
+ActiveTransform EndTime Translate 1 0 0 ActiveTransform All
+AreaLightSource "diffuse" "rgb L" [4 4 4] "bool twosided" true
+Shape "trianglemesh" "integer indices" [0 1 2] "point3 P" [-1 -.3 0  -.4 -.3 0  -.7 .3 0]
+)");
+  write("moves.json", R"({"size": [24, 16], "moves": [{"from": 1, "to": 3, "seconds": 1}]})");
+  const Outcome outcome = run({"view", "a.pbrt", "--photons", "1k", "--script", "moves.json", "--frames", "3",
+                               "--format", "exr", "--no-reuse", "--out", "frames"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  /// Column of the light's middle.
+  const auto place = [&](int frame) {
+    const Image image = read_image(path("frames/0000" + std::to_string(frame) + ".exr"));
+    const std::vector<RGB> light = image.rgb();
+    double sum = 0, moment = 0;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      sum += luminance(light[i]);
+      moment += luminance(light[i]) * static_cast<double>(i % 24);
+    }
+    return moment / sum;
+  };
+  const double all = place(2) - place(0);
+  EXPECT_GT(std::abs(all), 3);
+  EXPECT_NEAR((place(1) - place(0)) / all, 0.5, 0.15);
+}
+
 TEST_F(ViewTest, FiltersAViewAtRestAsARenderDoes) {
   const std::vector<std::string> effort = {"--size", "48x36", "--gather", "4", "--nearest", "50"};
   for (const std::string filter : {"auto", "off"}) {

@@ -110,6 +110,27 @@ TEST_F(GltfAnimationTest, CamerasOfAllFramesAreRead) {
   }
 }
 
+TEST_F(GltfAnimationTest, SlicesOfTheShutterHaveCamerasOfTheirOwn) {
+  const auto motion = std::make_shared<SceneMotion>();
+  motion->is_still = true;
+  motion->frames = 1;
+  motion->start = 0.5;
+  motion->shutter = Shutter{0, 1};
+  motion->slices = 4;
+  const SceneDescription d = load_at(moving_file(1), {"", 0.5}, motion);
+  EXPECT_EQ(motion->frames, 1u);
+  EXPECT_EQ(motion->length, 2);
+  EXPECT_FALSE(motion->anything_else_moves);
+  ASSERT_EQ(d.cameras.size(), 6u);
+  for (std::uint32_t slice = 1; slice <= 4; ++slice) {
+    const Camera& camera = d.cameras[slice + 1];
+    EXPECT_EQ(camera.name, (FrameMoment{0, slice}.camera()));
+    // 4 m in a second, from 2 m on.
+    EXPECT_GE(camera.to_world.translation.x, 1 + static_cast<float>(slice));
+    EXPECT_LE(camera.to_world.translation.x, 2 + static_cast<float>(slice));
+  }
+}
+
 TEST_F(GltfAnimationTest, KnowsWhetherMeshesMove) {
   const auto motion = std::make_shared<SceneMotion>();
   load_at(moving_file(0), {}, motion);
