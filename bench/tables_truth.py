@@ -62,10 +62,10 @@ MEASURES = {
 
 
 class Truth:
-    """The truth of a scene, and its noise by measure."""
+    """The truth of a scene, the two halves that it is the mean of, and its noise by measure."""
 
     def __init__(self, name, samples):
-        halves = []
+        halves = self.halves = []
         for half in (1, 2):
             file = os.path.join(CACHE, f"{name}-{SIZES[name]}-{samples}-{half}.exr")
             if not os.path.exists(file):
@@ -127,11 +127,11 @@ def rows_of(scene, methods, options, folder):
             yield f"| {scene} | {time:g} | {measure} | {truth.noise[measure]:.4f} | {' | '.join(cells)} |"
 
 
-def kept_rows(head, scenes):
-    """Rows of other scenes in the table that exists, if its columns and times are the same."""
-    if not os.path.exists(RESULTS):
+def kept_rows(head, scenes, results=RESULTS):
+    """Rows of other scenes in the table that exists, if its head is the same."""
+    if not os.path.exists(results):
         return []
-    with open(RESULTS, encoding="utf-8") as file:
+    with open(results, encoding="utf-8") as file:
         lines = file.read().splitlines()
     if lines[:len(head)] != head:
         return []
