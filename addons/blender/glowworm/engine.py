@@ -5,9 +5,11 @@ import tempfile
 import time
 
 import bpy
+import gpu
 import numpy
+from gpu_extras.presets import draw_texture_2d
 
-from . import cryptomatte, exr, program, scene
+from . import cryptomatte, exr, preview, program, scene
 
 # Pass of Blender, its channels, and the layer and channels of Glowworm.
 _COLOR, _XYZ = ('R', 'G', 'B'), ('X', 'Y', 'Z')
@@ -58,6 +60,45 @@ class GlowwormEngine(bpy.types.RenderEngine):
         for name, (channels, _, _) in _passes(renderlayer).items():
             kind = 'COLOR' if channels.startswith('RGB') else 'VECTOR' if channels == 'XYZ' else 'VALUE'
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.preview = None
+
+    def __del__(self):
+        if getattr(self, 'preview', None):
+            self.preview.close()
+
+    def view_update(self, context, depsgraph):
+        """The viewport's scene has changed."""
+        if self.preview is None:
+            self.preview = preview.Preview()
+        self._try(lambda: self.preview.update(depsgraph))
+
+    def view_draw(self, context, depsgraph):
+        """Draws the best picture so far, and asks to be called again while a better one is on its way."""
+        region, view = context.region, context.region_data
+        camera = preview.camera_text(view.view_matrix, view.window_matrix, view.is_perspective)
+        if self._try(lambda: self.preview.look(camera, region.width, region.height)):
+            self.tag_redraw()
+        pixels = self.preview.picture()
+        if pixels is None:
+            return
+        height, width, _ = pixels.shape
+        texture = gpu.types.GPUTexture((width, height), format='RGBA16F',
+                                       data=gpu.types.Buffer('FLOAT', pixels.size, pixels.ravel()))
+        gpu.state.blend_set('ALPHA_PREMULT')
+        self.bind_display_space_shader(depsgraph.scene)
+        draw_texture_2d(texture, (0, 0), region.width, region.height)
+        self.unbind_display_space_shader()
+        gpu.state.blend_set('NONE')
+
+    def _try(self, work):
+        try:
+            return work()
+        except (RuntimeError, OSError, ValueError) as error:
+            self.update_stats('Glowworm', str(error))
+            return False
 
     def render(self, depsgraph):
         settings = depsgraph.scene.glowworm

@@ -55,14 +55,22 @@ class Exporter:
             'Film "rgb"', pbrt.parameter('integer', 'xresolution', width),
             pbrt.parameter('integer', 'yresolution', height), f'"integer pixelbounds" [{part[0]} {part[1]} {part[2]} {part[3]}]']))
         self.lines.append('WorldBegin')
-        self.world()
-        for instance in self.depsgraph.object_instances:
-            if instance.show_self:
-                self.instance(instance)
+        self._world_and_objects()
         path = os.path.join(self.folder, 'scene.pbrt')
         with open(path, 'w', encoding='utf-8') as file:
             file.write('\n'.join(self.lines) + '\n')
         return Exported(path, part[1] - part[0], part[3] - part[2], self.report)
+
+    def body(self):
+        """The text after WorldBegin."""
+        self._world_and_objects()
+        return '\n'.join(self.lines)
+
+    def _world_and_objects(self):
+        self.world()
+        for instance in self.depsgraph.object_instances:
+            if instance.show_self:
+                self.instance(instance)
 
     # Camera
 

@@ -1,10 +1,11 @@
-"""Passes, export, bake and cancelling of the add-on.
+"""Passes, export, bake, preview and cancelling of the add-on.
 
 usage: blender -b --factory-startup -P passes.py -- FOLDER
 """
 import os
 import shutil
 import sys
+import time
 import traceback
 
 import bpy
@@ -14,7 +15,7 @@ here = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [here, os.path.dirname(here)]
 import glowworm  # noqa: E402
 import scenes  # noqa: E402
-from glowworm import cryptomatte, exr, program  # noqa: E402
+from glowworm import cryptomatte, exr, preview, program  # noqa: E402
 
 
 def check(is_right, what):
@@ -64,6 +65,37 @@ def write_files(folder):
     bpy.context.scene.glowworm.options = ''
 
 
+def preview_of_camera():
+    """The last picture of a preview is that of the camera."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 48, 32
+    scene.glowworm.samples = 4
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    camera = scene.camera
+    text = preview.camera_text(camera.matrix_world.normalized().inverted(),
+                               camera.calc_matrix_camera(depsgraph, x=48, y=32), camera.data.type != 'ORTHO')
+    view = preview.Preview()
+    view.update(depsgraph)
+    sizes = []
+    deadline = time.monotonic() + 120
+    while view.look(text, 48, 32) and time.monotonic() < deadline:
+        time.sleep(0.02)
+        if view.picture() is not None and view.picture().shape not in sizes:
+            sizes.append(view.picture().shape)
+    found = view.picture()
+    check(found.shape == (32, 48, 4) and len(sizes) > 1, f'pictures grow: {sizes}')
+    folder = view.folder
+    view.close()
+    check(not os.path.exists(folder), 'a closed preview leaves no files')
+    target = os.path.join(os.path.dirname(scene.render.filepath), 'again.exr')
+    scene.render.filepath = target
+    bpy.ops.render.render(write_still=True)
+    channels, _ = exr.read(target)
+    rendered = next(values for name, values in channels.items() if name.endswith('Combined.G'))[::-1]
+    check(abs(found[..., 1].mean() / rendered.mean() - 1) < 0.1, 'a preview is as bright as a render')
+    check(numpy.corrcoef(found[..., 1].ravel(), rendered.ravel())[0, 1] > 0.8, 'a preview shows what the camera sees')
+
+
 def cancel(folder):
     """A cancelled render keeps what it has."""
     picture = os.path.join(folder, 'cancelled.exr')
@@ -88,9 +120,10 @@ def main():
     scenes.modifiers()
     render_passes(folder)
     write_files(folder)
+    preview_of_camera()
     cancel(folder)
     glowworm.unregister()
-    print('passes.py: passes, export, bake and cancelling work')
+    print('passes.py: passes, export, bake, preview and cancelling work')
 
 
 try:
