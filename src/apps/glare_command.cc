@@ -7,6 +7,7 @@
 #include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/attend.h"
@@ -14,6 +15,7 @@
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
+#include "apps/picture_output.h"
 #include "apps/table_options.h"
 #include "control/job.h"
 #include "control/job_report.h"
@@ -24,6 +26,7 @@
 #include "core/text.h"
 #include "measure/doubts.h"
 #include "measure/glare.h"
+#include "measure/glare_picture.h"
 #include "measure/measurement.h"
 #include "scene/light_rig.h"
 #include "scene/radiance_view.h"
@@ -34,13 +37,24 @@ namespace glowworm {
 namespace {
 
 struct GlareOptions {
-  std::string scene, command_line, views, output;
+  std::string scene, command_line, views, view, output, picture;
   std::vector<std::string> lights;
   double threshold = kGlareThreshold;
   std::uint32_t side = 512;
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
+};
+
+/// Whether a picture is rated, and not views of a scene.
+bool rates_picture(const GlareOptions& o) {
+  const std::string ending = lower_ending(o.scene);
+  return ending == ".hdr" || ending == ".pic" || ending == ".exr";
+}
+
+/// The directions of a view in the axes of the user's file.
+struct ViewAxes {
+  Vec3 right, up, forward;
 };
 
 /// The views of a file, as fisheyes of 180 degrees.
@@ -79,29 +93,104 @@ std::vector<GlareSource> sources_of_suns(const Tracer& tracer, const Camera& cam
   return out;
 }
 
-/// The glare of a view by the picture that a job has rendered.
-Glare glare_of(const GlareOptions& o, const Job& job, const Tracer& tracer, const Camera& camera) {
+/// What a job has rendered, as luminance.
+GlarePicture picture_of(const Job& job) {
   const Image image = make_image(job.film(), job);
   GlarePicture picture;
   picture.width = image.width();
   picture.height = image.height();
   for (const RGB& pixel : image.rgb()) picture.luminance.push_back(illuminance(pixel) / image.radiance_scale);
-  return rate_glare(picture, sources_of_suns(tracer, camera), o.threshold);
+  return picture;
 }
 
-/// Rows of a view: its indices, then its sources, with their direction in the axes of the file.
-void add_rows(std::string& text, std::size_t view, const Glare& g, const Camera& camera, const Scene& scene) {
+std::string table_head(const GlareOptions& o) {
+  return fmt::format(
+      "# {}\n# {} lm/W; each view is followed by its sources; directions from the eye\n"
+      "view,source,DGP,DGI,UGR,E_v_lx,background_cd_m2,dx,dy,dz,solid_angle_sr,luminance_cd_m2,"
+      "position_index,E_lx\n",
+      one_line(o.command_line), kLuminousEfficacy);
+}
+
+/// Rows of a view: its indices, then its sources.
+void add_rows(std::string& text, std::size_t view, const Glare& g, const ViewAxes& axes) {
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "{},,{:.4g},{:.4g},{:.4g},{:.6g},{:.5g},,,,,,,\n", view, g.dgp, g.dgi, g.ugr,
                  g.vertical_illuminance, g.background);
-  const Transform& m = camera.to_world;
   for (std::size_t i = 0; i < g.sources.size(); ++i) {
     const GlareSource& s = g.sources[i];
-    const Vec3 d = scene.to_file_axes(normalize(m.x) * s.direction.x + normalize(m.y) * s.direction.y +
-                                      normalize(m.z) * s.direction.z);
+    const Vec3 d = axes.right * s.direction.x + axes.up * s.direction.y + axes.forward * s.direction.z;
     fmt::format_to(out, "{},{},,,,,,{:.5g},{:.5g},{:.5g},{:.5g},{:.6g},{:.4g},{:.5g}\n", view, i + 1, d.x, d.y, d.z,
                    s.solid_angle, s.luminance, s.position_index, s.illuminance);
   }
+}
+
+/// The names of the pictures of views: --picture, with the number of the view where there are several.
+std::vector<std::string> picture_names(const GlareOptions& o, std::size_t views) {
+  std::vector<std::string> names;
+  if (o.picture.empty()) return names;
+  if (output_of(o.picture).format == OutputFormat::part)
+    throw CommandLineError("--picture is no part of a picture", "Give it a name that ends in .png, .hdr or .exr.");
+  const std::string ending = lower_ending(o.picture), stem = o.picture.substr(0, o.picture.size() - ending.size());
+  for (std::size_t i = 1; i <= views; ++i)
+    names.push_back(views == 1 ? o.picture : fmt::format("{}-{}{}", stem, i, ending));
+  return names;
+}
+
+/// Writes the picture of a view that shows its sources. @param view as radiance_view_text() has it
+void write_sources(const std::string& name, const GlarePicture& picture, const Glare& glare, const std::string& view,
+                   OutputFiles& files) {
+  const Output output = output_of(name);
+  Image image = glare_image(picture, glare, output.format == OutputFormat::png);
+  image.metadata[kRadianceView] = view;
+  if (files.write(name, [&] { write_picture(output, image, {}); })) inform(fmt::format("wrote {}", name));
+}
+
+void tell_glare(std::size_t view, const Glare& glare) {
+  inform(fmt::format("view {}: DGP {:.3f}, DGI {:.1f}, UGR {:.1f}, {:.5g} lx, {} sources", view, glare.dgp, glare.dgi,
+                     glare.ugr, glare.vertical_illuminance, glare.sources.size()));
+}
+
+/// Writes the table.
+void finish(const GlareOptions& o, const std::string& text, OutputFiles& files) {
+  files.write(o.output, [&] { write_file(o.output, text); });
+  files.throw_if_any_failed();
+  if (o.output != kStandardOutput) inform(fmt::format("wrote {}", o.output));
+}
+
+/// Adds the files that are written.
+void add_outputs(const GlareOptions& o, const std::vector<std::string>& pictures, OutputFiles& files) {
+  files.add("-o", o.output);
+  for (const std::string& name : pictures) files.add("--picture", name);
+  files.probe(o.output);
+  for (const std::string& name : pictures) files.probe(name);
+  files.throw_if_any_failed();
+}
+
+/// Rates a picture of a file.
+int rate_picture(const GlareOptions& o) {
+  if (!o.views.empty())
+    throw CommandLineError("--views are those of a scene, and a picture was given",
+                           "Give --view for the view of the picture, or nothing if its header has one.");
+  OutputFiles files;
+  files.add_input("the picture", o.scene);
+  const std::vector<std::string> names = picture_names(o, 1);
+  add_outputs(o, names, files);
+  const Image image = read_image(o.scene);
+  RadianceView view;
+  if (o.view.empty())
+    view = view_of_picture(image, o.scene, "");
+  else
+    read_command_line([&] { view = view_of_picture(image, o.scene, o.view); });
+  const GlarePicture picture = glare_picture_of(image, view);
+  const Glare glare = rate_glare(picture, {}, o.threshold);
+  // Radiance's pictures have x to the right of the view.
+  const Vec3 forward = normalize(narrow(view.direction)), right = normalize(cross(forward, narrow(view.up)));
+  tell_glare(1, glare);
+  std::string text = table_head(o);
+  add_rows(text, 1, glare, {right, cross(right, forward), forward});
+  for (const std::string& name : names) write_sources(name, picture, glare, radiance_view_text(view), files);
+  finish(o, text, files);
+  return 0;
 }
 
 /// No ray of a picture meets them, so that what they send straight into the eye is missing.
@@ -115,9 +204,29 @@ void warn_of_lamps_without_size(const Scene& scene) {
                     count));
 }
 
+/// The scene with the changes of its lights.
+std::shared_ptr<const Scene> lit_scene(GlareOptions& o, std::shared_ptr<MemoryBudget> budget, OutputFiles& files) {
+  read_command_line([&] {
+    take_luminaires(o.lights, o.changes.changes);
+    for (const std::string& light : o.lights) parse_light_edit(light);
+  });
+  ImportOptions import_options;
+  import_options.budget = std::move(budget);
+  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  std::string camera;
+  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
+  scene = lit_by_its_own(scene);
+  tell_notes(*scene, o.scene);
+  return scene;
+}
+
 int run_glare(GlareOptions& o) {
   o.report.apply();
   set_thread_count(o.table.settings);
+  if (rates_picture(o)) return rate_picture(o);
+  if (o.views.empty()) throw CommandLineError("no views were given", "Give --views FILE with a line for each view.");
+  if (!o.view.empty())
+    throw CommandLineError("--view is of a picture, and a scene was given", "Give --views FILE for views of a scene.");
   RenderSettings asked = o.table.settings;
   if (asked.memory_bytes == 0) asked.memory_bytes = default_memory_bytes();
   asked.width = asked.height = static_cast<int>(o.side);
@@ -126,21 +235,10 @@ int run_glare(GlareOptions& o) {
   OutputFiles files;
   files.add_input("the scene", o.scene);
   files.add_input("--views", o.views);
-  files.add("-o", o.output);
-  files.probe(o.output);
-  files.throw_if_any_failed();
-  read_command_line([&] {
-    take_luminaires(o.lights, o.changes.changes);
-    for (const std::string& light : o.lights) parse_light_edit(light);
-  });
   const std::vector<RadianceView> views = read_views(o.views);
-  ImportOptions import_options;
-  import_options.budget = loading_budget(asked.memory_bytes);
-  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
-  std::string camera;
-  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
-  scene = lit_by_its_own(scene);
-  tell_notes(*scene, o.scene);
+  const std::vector<std::string> pictures = picture_names(o, views.size());
+  add_outputs(o, pictures, files);
+  std::shared_ptr<const Scene> scene = lit_scene(o, loading_budget(asked.memory_bytes), files);
   SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), scene->shared_geometry(), {}, ""};
   std::vector<std::string> names;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -153,11 +251,7 @@ int run_glare(GlareOptions& o) {
   scene = std::make_shared<const Scene>(*scene, std::move(edit));
   const auto tracer = std::make_shared<const Tracer>(*scene);
   catch_interrupts();
-  std::string text = fmt::format(
-      "# {}\n# {} lm/W; each view is followed by its sources; directions from the eye\n"
-      "view,source,DGP,DGI,UGR,E_v_lx,background_cd_m2,dx,dy,dz,solid_angle_sr,luminance_cd_m2,"
-      "position_index,E_lx\n",
-      one_line(o.command_line), kLuminousEfficacy);
+  std::string text = table_head(o);
   std::shared_ptr<JobMaps> maps;
   for (std::size_t i = 0; i < views.size(); ++i) {
     asked.camera = names[i];
@@ -165,15 +259,18 @@ int run_glare(GlareOptions& o) {
     Job job(scene, tracer, asked, nullptr, {}, nullptr, nullptr, maps);
     if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
     if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
-    const Glare glare = glare_of(o, job, *tracer, camera);
-    inform(fmt::format("view {}: DGP {:.3f}, DGI {:.1f}, UGR {:.1f}, {:.5g} lx, {} sources", i + 1, glare.dgp,
-                       glare.dgi, glare.ugr, glare.vertical_illuminance, glare.sources.size()));
-    add_rows(text, i + 1, glare, camera, *scene);
+    const GlarePicture picture = picture_of(job);
+    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera), o.threshold);
+    tell_glare(i + 1, glare);
+    const Transform& m = camera.to_world;
+    const auto axis = [&](Vec3 d) { return scene->to_file_axes(normalize(d)); };
+    add_rows(text, i + 1, glare, {axis(m.x), axis(m.y), axis(m.z)});
+    if (!pictures.empty())
+      write_sources(pictures[i], picture, glare, radiance_view_text(camera, *scene, picture.width, picture.height),
+                    files);
     maps = job.maps();
   }
-  files.write(o.output, [&] { write_file(o.output, text); });
-  files.throw_if_any_failed();
-  if (o.output != kStandardOutput) inform(fmt::format("wrote {}", o.output));
+  finish(o, text, files);
   return 0;
 }
 
@@ -183,9 +280,12 @@ the axes of the scene's file: -vp 1 1.2 2 -vd 0 0 -1 -vu 0 1 0. Each view is ren
 an equidistant fisheye of 180 degrees; all of them share their photons. Sources are
 connected pixels above --threshold; the sun is one of half a degree. Lamps without size
 give light to the room, but are no sources.
+In place of a scene you can give a fisheye picture (.hdr, .pic or .exr; -vta or -vth),
+with its exposure and view in the header.
 
-Example:
-  glowworm glare office.glb --views desks.vf --sky cie:12,35,180,30000 -o glare.csv)help";
+Examples:
+  glowworm glare office.glb --views desks.vf --sky cie:12,35,180,30000 -o glare.csv
+  glowworm glare photo.hdr -o glare.csv --picture sources.png)help";
 
 }  // namespace
 
@@ -194,7 +294,11 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
   o->command_line = command_line;
   CLI::App* c = program.add_subcommand("glare", "Rates the glare of views: DGP, DGI, UGR.");
   add_scene_argument(*c, o->scene);
-  add_text(*c, "Glare", "--views", o->views, "FILE", "Views, a line each: -vp X Y Z -vd X Y Z -vu X Y Z")->required();
+  add_text(*c, "Glare", "--views", o->views, "FILE", "Views of the scene, a line each: -vp X Y Z -vd X Y Z -vu X Y Z");
+  add_text(*c, "Glare", "--view", o->view, "VIEW",
+           "View of a picture without one in its header: \"-vta -vd X Y Z -vu X Y Z -vh 180 -vv 180\"");
+  add_text(*c, "Glare", "--picture", o->picture, "FILE",
+           "Picture to write as .png, .hdr or .exr: each source has a colour of its own, the rest is grey");
   add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
   add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
       ->group("Glare");

@@ -37,7 +37,8 @@ struct Glare {
 };
 inline constexpr std::uint32_t kNoGlareSource = 0xffffffffu;
 
-/// Where sources begin, cd/m^2: evalglare's numbers (Wienold, "Daylight glare in offices", 2009).
+/// Where sources begin, cd/m^2: the numbers that evalglare takes without a task area (evalglare 2 of Radiance,
+/// src/util/evalglare.c). Unlike here, it joins pixels up to 0.2 rad apart to one source.
 inline constexpr double kGlareThreshold = 2000, kGlarePeak = 50'000;
 
 /// The position index of a direction: above the line of sight that of Guth (as in the IES Lighting Handbook), below
@@ -51,7 +52,8 @@ double position_index(Vec3 direction);
 Glare rate_glare(const GlarePicture& picture, std::span<const GlareSource> lights = {},
                  double threshold = kGlareThreshold);
 
-/// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006).
+/// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006), less in dim light, below
+/// 1000 lx at the eye, as evalglare has it (Wienold, "Daylight glare in offices", 2009).
 double daylight_glare_probability(double vertical_illuminance, std::span<const GlareSource> sources);
 /// Daylight glare index (Hopkinson, Applied Ergonomics 3, 1972). 0 without sources.
 double daylight_glare_index(double background, std::span<const GlareSource> sources);

@@ -1,5 +1,8 @@
 // `glowworm glare`: views in, ratings out.
 #include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "apps/program.h"
 
@@ -24,6 +27,38 @@ TEST_F(GlareTest, RatesEveryViewAndListsItsSources) {
   EXPECT_THAT(table, testing::HasSubstr("view,source,DGP,DGI,UGR,E_v_lx"));
   for (const char* row : {"\n1,,", "\n1,1,", "\n2,,", "\n2,1,"}) EXPECT_THAT(table, testing::HasSubstr(row));
   EXPECT_THAT(outcome.err, testing::Not(testing::HasSubstr("without size")));
+}
+
+/// The numbers of the first view of a table.
+std::string first_view(const std::string& table) {
+  const std::size_t begin = table.find("\n1,,") + 1;
+  return table.substr(begin, table.find('\n', begin) - begin);
+}
+
+/// DGP, DGI, UGR, illuminance and background.
+std::vector<double> numbers_of_view(const std::string& row) {
+  std::vector<double> out;
+  std::istringstream in(row.substr(row.find(",,") + 2));
+  for (std::string text; std::getline(in, text, ',') && !text.empty();) out.push_back(std::stod(text));
+  return out;
+}
+
+TEST_F(GlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
+  std::ofstream(path("views.vf")) << kAtTheLamp;
+  for (const char* name : {"s.hdr", "s.exr"}) {
+    const Outcome outcome = run({"glare", "builtin:cornell", "--views", "views.vf", "-o", "g.csv", "--side", "128",
+                                 "--samples", "1", "--gather", "2", "--photons", "2000", "--picture", name});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    ASSERT_EQ(run({"glare", name, "-o", "again.csv"}).status, 0) << name;
+    const std::vector<double> rated = numbers_of_view(first_view(read(path("g.csv"))));
+    const std::vector<double> again = numbers_of_view(first_view(read(path("again.csv"))));
+    ASSERT_EQ(rated.size(), 5u);
+    ASSERT_EQ(again.size(), 5u);
+    // RGBE has eight bits for the largest channel.
+    for (std::size_t i = 0; i < rated.size(); ++i) EXPECT_NEAR(again[i] / rated[i], 1, 0.01) << name << ' ' << i;
+  }
+  EXPECT_TRUE(refused(run({"glare", "s.hdr", "-o", "a.csv", "--view", "-vtv -vh 90 -vv 90"}), {"fisheye", "-vta"}));
+  EXPECT_TRUE(refused(run({"glare", "builtin:cornell", "-o", "a.csv"}), {"--views FILE"}));
 }
 
 TEST_F(GlareTest, SaysThatLampsWithoutSizeAreMissing) {

@@ -5,6 +5,9 @@
 
 #include <cmath>
 
+#include "measure/glare_picture.h"
+#include "measure/measurement.h"
+
 namespace glowworm {
 namespace {
 
@@ -92,6 +95,43 @@ TEST(Glare, DimViewsHaveNoSourcesAndPeaksAreTheirOwn) {
   const Glare with_sun = rate_glare(picture_of(CameraKind::fisheye, {}), lights);
   EXPECT_NEAR(with_sun.vertical_illuminance, kBackground * M_PI + 68'000 * std::cos(0.9), 10);
   EXPECT_NEAR(with_sun.background, kBackground, 2);
+}
+
+/// The factor of evalglare below 1000 lx.
+TEST(Glare, ProbabilityIsLessInDimLight) {
+  for (const double e : {100.0, 166.67, 300.0, 999.0})
+    EXPECT_NEAR(daylight_glare_probability(e, {}),
+                (5.87e-5 * e + 0.16) * std::exp(0.024 * e - 4) / (1 + std::exp(0.024 * e - 4)), 1e-9);
+  EXPECT_NEAR(daylight_glare_probability(1000, {}), 0.2187, 1e-9);
+}
+
+TEST(Glare, SunsOfLessThanAPixelHaveRings) {
+  GlarePicture picture = picture_of(CameraKind::fisheye, {});
+  GlareSource sun;
+  sun.direction = at(0.3, 0.4);
+  sun.solid_angle = 6.8e-5;
+  sun.luminance = 1e9;
+  sun.illuminance = 6.8e4;
+  const Glare glare = rate_glare(picture, std::vector<GlareSource>{sun});
+  ASSERT_EQ(glare.sources.size(), 1u);
+  const Image plain = glare_image(picture, glare, false), ringed = glare_image(picture, glare, true);
+  const Vec2 plane = angular_plane(picture.kind, sun.direction);
+  const auto pixel = [&](float across) {
+    const auto x = static_cast<std::size_t>((plane.x / picture.half_x + 1) * kSide / 2 + across);
+    const auto y = static_cast<std::size_t>((1 - plane.y / picture.half_y) * kSide / 2);
+    return y * kSide + x;
+  };
+  EXPECT_FLOAT_EQ(kLuminousEfficacy * luminance(plain.rgb()[pixel(5)]), kBackground);
+  EXPECT_GT(kLuminousEfficacy * luminance(ringed.rgb()[pixel(5)]), 1e8f);
+  EXPECT_FLOAT_EQ(kLuminousEfficacy * luminance(ringed.rgb()[pixel(0)]), kBackground);
+}
+
+TEST(Glare, RefusesPicturesThatAreNoFisheyes) {
+  Image image(4, 4);
+  image.add_rgb("", std::vector<RGB>(16));
+  EXPECT_THROW(view_of_picture(image, "a.hdr", ""), Error);
+  EXPECT_THROW(glare_picture_of(image, parse_radiance_view("-vtv -vh 90 -vv 90")), Error);
+  EXPECT_EQ(glare_picture_of(image, parse_radiance_view("-vth -vh 180 -vv 180")).half_x, 1);
 }
 
 }  // namespace

@@ -85,6 +85,8 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
     if (attribute.type() == OIIO::TypeDesc::STRING && !attribute.name().string().starts_with("ICC"))
       header.metadata[attribute.name().string()] = attribute.get_string();
   }
+  if (const float white = spec.get_float_attribute("whiteLuminance"); white > 0)
+    header.metadata["whiteLuminance"] = std::to_string(white);
   return header;
 }
 
