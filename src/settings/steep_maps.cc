@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostLines = 8;
 /// Points at which the maps of a material are looked up: a share of a twentieth is found to a tenth of itself.
-constexpr std::size_t kPoints = 2048;
+constexpr std::size_t kPlaces = 2048;
 /// Slopes above this share of the surface change the picture by more than maps that differ by their filter alone.
 constexpr double kSteepShare = 0.05;
 
@@ -43,8 +43,8 @@ void look_at(const Scene& scene, const std::vector<std::uint32_t>& triangles, st
     area += length(cross(g.positions[b] - g.positions[a], g.positions[c] - g.positions[a]));
     until.push_back(area);
   }
-  for (std::uint32_t i = 0; i < kPoints; ++i) {
-    const double place = (i + 0.5) / kPoints * area;
+  for (std::uint32_t i = 0; i < kPlaces; ++i) {
+    const double place = (i + 0.5) / kPlaces * area;
     const auto at = std::min<std::size_t>(
         static_cast<std::size_t>(std::upper_bound(until.begin(), until.end(), place) - until.begin()),
         triangles.size() - 1);
