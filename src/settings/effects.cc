@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bsdf/bsdf.h"
+#include "photon/material_lobes.h"
 
 namespace glowworm {
 
@@ -59,11 +61,30 @@ std::vector<bool> find_used(const Scene& scene) {
   return used;
 }
 
+/// Light of media that the integrator does not find.
+std::vector<std::string> lost_in_media(const Scene& scene, Integrator integrator) {
+  std::vector<std::string> notes;
+  const auto& media = scene.media();
+  const bool by_paths = integrator == Integrator::path;
+  const bool scatters = std::any_of(media.begin(), media.end(), [](const Medium& m) { return !is_black(m.sigma_s); });
+  if (by_paths && scatters && bends_delta_lights(scene))
+    notes.emplace_back(
+        "media miss the light of lamps without size that mirrors or glass bend; --integrator gather has it");
+  for (const Medium& m : media)
+    if (!by_paths && !is_black(m.emission * m.sigma_a))
+      notes.push_back(fmt::format(
+          "medium \"{}\" emits no photons: its light is missing where it is scattered more than once, or by media; "
+          "--integrator path has it",
+          m.name));
+  return notes;
+}
+
 }  // namespace
 
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = lost_in_media(scene, settings.integrator);
   if (settings.integrator != Integrator::gather) return notes;
+  const std::size_t first = notes.size();
   const std::vector<bool> used = find_used(scene);
   std::size_t more = 0;
   const char* caustics = settings.indirect_only ? "would make caustics (off: --indirect-only)" : "makes caustics";
@@ -71,7 +92,7 @@ std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& 
     const Material& m = scene.materials()[i];
     if (!used[i] || !makes_caustics(m)) continue;
     const bool textured = m.roughness_u.texture != kNone || m.roughness_v.texture != kNone;
-    if (notes.size() == kMaxLines) {
+    if (notes.size() - first == kMaxLines) {
       ++more;
     } else if (textured && m.kind != MaterialKind::dielectric) {
       notes.push_back(

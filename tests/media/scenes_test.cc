@@ -1,4 +1,5 @@
 // What every render keeps, in small scenes with media: the same bits, and the same light by all front doors.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,6 +12,7 @@
 #include "media/media_testing.h"
 #include "session/camera_control.h"
 #include "session/session_testing.h"
+#include "settings/effects.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {
@@ -161,6 +163,18 @@ TEST(MediaSensors, AreLitAsByPaths) {
     for (std::size_t i = 0; i < paths.size(); ++i)
       EXPECT_NEAR(photons[i], paths[i], (grid ? 0.07 : 0.03) * paths[i]) << i;
   }
+}
+
+TEST(MediaNotes, SayWhatLightIsMissing) {
+  SceneDescription d = glass_in_gas();
+  d.media[0].name = "fire";
+  d.media[0].emission = RGB(1.0f);
+  const Scene scene(std::move(d));
+  RenderSettings settings;
+  EXPECT_THAT(effect_notes(scene, settings), testing::Contains(testing::HasSubstr("\"fire\" emits no photons")));
+  settings.integrator = Integrator::path;
+  EXPECT_THAT(effect_notes(scene, settings),
+              testing::ElementsAre(testing::HasSubstr("media miss the light of lamps without size")));
 }
 
 /// The filter averages light of media, too.
