@@ -12,7 +12,7 @@ namespace {
 constexpr float kParts = 8;
 
 /// Places at which a camera ray samples lamps on each piece of its way, of each kind (transport/segment_light.h): a
-/// shaft of light covers a part of them, and nothing filters what a medium scatters.
+/// shaft of light covers a part of them.
 constexpr float kPlacesOfCameraRays = 16;
 
 /// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
