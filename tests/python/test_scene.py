@@ -61,7 +61,7 @@ def test_instances_are_meshes_at_many_places():
     builder.add_instances(grid, triangles, places, name="shelf")
     builder.add_instances(grid, triangles, places[:, :3] + [0, 0, 0, 3])
     scene = builder.build()
-    assert scene.triangle_count == 10 * 128
+    assert len(scene.triangles) == 10 * 128
     np.testing.assert_allclose(scene.positions[:, 2].reshape(10, 81)[[1, 6]], [[1] * 81, [4] * 81])
     with pytest.raises(ValueError, match="transforms are not of shape"):
         builder.add_instances(grid, triangles, places[0])
