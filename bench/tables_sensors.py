@@ -16,7 +16,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
-COUNTS = (1, 10, 100)
+COUNTS = (1, 100)
 WAYS = (("chosen", []), ("paths", ["--integrator", "path"]), ("photons", ["--integrator", "gather"]))
 HEAD = 'Camera "perspective"\nWorldBegin\n'
 SKY = 'LightSource "infinite" "rgb L" [30 30 30]\n'
@@ -98,7 +98,7 @@ def measure(folder, options):
     rows = list(csv.DictReader(line for line in (folder / "out.csv").open(encoding="utf-8") if line[0] != "#"))
     error = math.sqrt(sum(float(row["relative_error"]) ** 2 for row in rows) / len(rows))
     settings = json.loads((folder / "stats.json").read_text(encoding="utf-8"))["settings"]
-    method = "paths" if settings["integrator"] == "path" else "photons"
+    method = "paths" if settings["integrator"] == "path" else "passes of photons"
     return seconds, error, sum(float(row["E_lx"]) for row in rows) / len(rows), f"{settings['samples']} {method}"
 
 
