@@ -62,7 +62,9 @@ def test_instances_are_meshes_at_many_places():
     builder.add_instances(grid, triangles, places[:, :3] + [0, 0, 0, 3])
     scene = builder.build()
     assert len(scene.triangles) == 10 * 128
-    np.testing.assert_allclose(scene.positions[:, 2].reshape(10, 81)[[1, 6]], [[1] * 81, [4] * 81])
+    # The first place of each is a copy, and comes before all instances.
+    heights = np.array([0, 3, 1, 2, 3, 4, 4, 5, 6, 7])
+    np.testing.assert_allclose(scene.positions[:, 2].reshape(10, 81), np.repeat(heights[:, None], 81, 1))
     with pytest.raises(ValueError, match="transforms are not of shape"):
         builder.add_instances(grid, triangles, places[0])
 
