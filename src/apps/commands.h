@@ -24,6 +24,7 @@ class CommandLineError : public Error {
 /// @param command_line stored in the picture, as a record of how it was made
 void add_render_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_measure_command(CLI::App& program, const std::string& command_line, int& exit_status);
+void add_daylight_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_glare_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_merge_command(CLI::App& program, const std::string& command_line, int& exit_status);
 void add_bake_command(CLI::App& program, const std::string& command_line, int& exit_status);

@@ -92,6 +92,7 @@ int run_program(int argc, char** argv) {
   add_view_command(program, exit_status);
   add_measure_command(program, command_line(argc, argv), exit_status);
   add_glare_command(program, command_line(argc, argv), exit_status);
+  add_daylight_command(program, command_line(argc, argv), exit_status);
   add_info_command(program, command_line(argc, argv));
   add_compare_command(program, command_line(argc, argv), exit_status);
   if (argc < 2) {

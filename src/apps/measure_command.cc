@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,18 +15,19 @@
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
 #include "apps/picture_output.h"
+#include "apps/sensor_options.h"
 #include "apps/table_options.h"
 #include "control/job.h"
 #include "control/job_report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/input_file.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "film/filtered.h"
 #include "film/output.h"
 #include "measure/alpha_opic.h"
 #include "measure/doubts.h"
+#include "measure/matrix_file.h"
 #include "measure/measurement.h"
 #include "measure/plan.h"
 #include "measure/room_report.h"
@@ -43,7 +43,8 @@ namespace glowworm {
 namespace {
 
 struct MeasureOptions {
-  std::string scene, command_line, points, grid, surface, page;
+  std::string scene, command_line, page;
+  SensorOptions sensors;
   std::vector<std::string> outputs, lights, zones;
   bool melanopic = false;
   std::vector<std::string> spectra;  ///< LAMP=SPECTRUM
@@ -84,7 +85,7 @@ void check_outputs(const MeasureOptions& o) {
 }
 
 void check_options(MeasureOptions& o) {
-  const int given = int{!o.points.empty()} + int{!o.grid.empty()} + int{!o.surface.empty()} + int{!o.zones.empty()};
+  const int given = o.sensors.count() + int{!o.zones.empty()};
   if (given != 1)
     throw CommandLineError(
         given == 0 ? "no sensors were given" : "sensors were given in more than one way",
@@ -126,62 +127,18 @@ SensorPlan plan_of(const MeasureOptions& o, const std::shared_ptr<const Scene>& 
   });
 }
 
-/// "12 and 4 more" of indices.
-std::string list_of(const std::vector<std::size_t>& indices) {
-  constexpr std::size_t kShown = 5;
-  const std::vector<std::size_t> shown(indices.begin(),
-                                       indices.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, indices.size())));
-  const std::string more = indices.size() > kShown ? fmt::format(" and {} more", indices.size() - kShown) : "";
-  return fmt::format("{}{}", fmt::join(shown, ", "), more);
-}
-
-/// Refuses sensors of a file that are inside of objects, and leaves out those of a plane.
-void check_inside(const MeasureOptions& o, Sensors& sensors, const Tracer& tracer) {
-  if (!o.surface.empty()) return;
-  if (!o.zones.empty()) {
-    // They keep their places in the zones, and count for nothing.
-    const std::vector<std::uint32_t> objects = objects_around(sensors, tracer);
-    for (std::size_t i = 0; i < sensors.size(); ++i)
-      if (objects[i] != kNone) sensors.weight[i] = 0;
-    return;
-  }
-  const std::vector<std::uint32_t> around = objects_around(sensors, tracer);
-  std::vector<std::size_t> inside;
-  Sensors free;
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (around[i] != kNone)
-      inside.push_back(i);
-    else
-      free.add(sensors.position[i], sensors.normal[i], sensors.weight[i]);
-  }
-  if (inside.empty()) return;
-  const std::string& object = tracer.scene().geometry().objects[around[inside.front()]].name;
-  if (o.points.empty() && free.size() > 0) {
-    inform(fmt::format("note: {} sensors inside of solid objects are left out", inside.size()));
-    sensors = std::move(free);
-    return;
-  }
-  throw Error(fmt::format("sensors are inside of solid objects, the first of \"{}\": {} (counted from 0)", object,
-                          list_of(inside)),
-              "Move them out: rays from them meet the back of that object's surface in all directions.");
-}
-
-/// @param zones gets those of --zone
-Sensors make_sensors(const MeasureOptions& o, const Tracer& tracer, MemoryBudget& budget, std::vector<Zone>& zones) {
-  const Scene& scene = tracer.scene();
-  Sensors sensors;
-  if (!o.points.empty()) {
-    Reservation held(budget, "the file of sensors", 0);
-    const std::string text = read_input_file(o.points, held);
-    const Vec3 origin = scene.to_file_axes(scene.origin());
-    return from_file_axes(parse_points(text, o.points, origin, most_sensors(budget.available())), scene);
-  }
+/// The sensors of zones. Those inside of objects keep their places in the zones, and count for nothing.
+/// @param zones gets them
+Sensors sensors_of_zones(const MeasureOptions& o, const Tracer& tracer, const MemoryBudget& budget,
+                         std::vector<Zone>& zones) {
   const std::size_t most = most_sensors(budget.limit());
+  Sensors sensors;
   read_command_line([&] {
     for (const std::string& zone : o.zones) zones.push_back(add_zone(zone, tracer, sensors, most - sensors.size()));
-    if (!o.grid.empty()) sensors = plane_sensors(o.grid, scene, most);
-    if (!o.surface.empty()) sensors = surface_sensors(o.surface, scene, most);
   });
+  const std::vector<std::uint32_t> objects = objects_around(sensors, tracer);
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    if (objects[i] != kNone) sensors.weight[i] = 0;
   return sensors;
 }
 
@@ -211,7 +168,7 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const std::v
   if (!efficacies.empty()) measurement.alpha_opic = alpha_opic_irradiances(film, sensors.size(), efficacies);
   for (const std::string& name : o.outputs) {
     const bool written = files.write(name, [&] {
-      write_file(name, o.sky_patches > 0 ? daylight_matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
+      write_file(name, o.sky_patches > 0 ? matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
                                          : writer_of(o, name)(measurement));
     });
     if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
@@ -261,7 +218,7 @@ int run_measure(MeasureOptions& o) {
   const RenderSettings asked = asked_settings(o);
   OutputFiles files;
   files.add_input("the scene", o.scene);
-  if (!o.points.empty()) files.add_input("--points", o.points);
+  if (!o.sensors.points.empty()) files.add_input("--points", o.sensors.points);
   for (const std::string& name : o.outputs) files.add("-o", name);
   if (!o.page.empty()) files.add("--report", o.page);
   if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
@@ -284,13 +241,13 @@ int run_measure(MeasureOptions& o) {
   const std::vector<AlphaOpic> efficacies = light_efficacies(o, *scene);
   MemoryBudget budget(asked.memory_bytes);
   std::vector<Zone> zones;
-  Sensors sensors = make_sensors(o, *tracer, budget, zones);
-  check_inside(o, sensors, *tracer);
+  const Sensors sensors =
+      o.zones.empty() ? make_sensors(o.sensors, *tracer, budget) : sensors_of_zones(o, *tracer, budget, zones);
   if (o.sky_patches == 0)
     for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   catch_interrupts();
   const auto grid = std::make_shared<const PointGrid>(
-      sensor_grid(sensors, !o.surface.empty(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
+      sensor_grid(sensors, o.sensors.on_surfaces(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
   const SensorPlan plan = plan_of(o, scene, tracer, *grid, with_room_for(sensors.size(), asked));
   Job job(scene, tracer, plan.settings, nullptr, sensor_time(plan.seconds), grid);
   inform(
@@ -354,11 +311,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   o->command_line = command_line;
   CLI::App* c = program.add_subcommand("measure", "Measures irradiance and illuminance at points.");
   add_scene_argument(*c, o->scene);
-  add_text(*c, "Sensors", "--points", o->points, "FILE",
-           "Places and normals: a line x y z nx ny nz (m) for each sensor");
-  add_text(*c, "Sensors", "--grid", o->grid, "PLANE,SPACING",
-           "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
-  add_text(*c, "Sensors", "--surface", o->surface, "NAME,SPACING", "Sensors on the front of an object's surface");
+  add_sensor_options(*c, o->sensors);
   c->add_option("-o,--output", o->outputs,
                 "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as "
                 ".html; - is CSV on standard output")

@@ -374,8 +374,10 @@ class PathPass {
       found_light_.assign(queries.size(), RGB());
       engines[i]->estimate(queries, found_light_, statistics_);
       complete(queries, found_light_, target, statistics_);
-      if (!radiance_.groups.empty()) complete(queries, found_light_, radiance_.groups[i], statistics_);
+      if (!radiance_.groups.empty() && !engines.grouped)
+        complete(queries, found_light_, radiance_.groups[i], statistics_);
     }
+    if (engines.grouped) engines.grouped->add(queries, radiance_.groups, statistics_);
   }
 
   const Tracer& tracer_;

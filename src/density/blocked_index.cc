@@ -158,7 +158,8 @@ ChildBounds bounds_of_node(const BlockNode& node) {
 
 }  // namespace
 
-BlockedIndex::BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy)
+BlockedIndex::BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy,
+                           std::vector<std::uint32_t>* photon_of_place)
     : kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
   // Lists hold 32-bit indices of floats in the blocks.
   constexpr std::size_t kMaxPhotons =
@@ -173,6 +174,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, std::span<const RGB> flux
   std::vector<std::uint32_t> place_of_cut(policy.cuts.size(), kNoPlace);
   blocks_ = LargeArray<PhotonBlock>((size_ + kBlockWidth - 1) / kBlockWidth);
   directions_ = LargeArray<Vec3>(blocks_.size() * kBlockWidth);
+  if (photon_of_place) photon_of_place->resize(size_);
   const double norm = kernel_norm(policy.kernel) / std::numbers::pi;
   parallel_for(0, blocks_.size(), kIndexGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t place = first * kBlockWidth; place < last * kBlockWidth; ++place) {
@@ -201,6 +203,7 @@ BlockedIndex::BlockedIndex(const PhotonBatch& photons, std::span<const RGB> flux
       block.g[lane] = flux.g;
       block.b[lane] = flux.b;
       directions_[place] = photons.direction[p];
+      if (photon_of_place) (*photon_of_place)[place] = p;
       if (!is_cut.empty() && is_cut[p])
         place_of_cut[cuts_of(policy.cuts, p) - policy.cuts.data()] = static_cast<std::uint32_t>(place);
     }

@@ -14,8 +14,9 @@ namespace glowworm {
 class BlockedIndex {
  public:
   /// Builds on all threads; the index does not depend on their number. @param fluxes of the photons, W
-  /// @param policy fixed or per_photon
-  BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy);
+  /// @param policy fixed or per_photon @param photon_of_place receives the photon in each place; null: not wanted
+  BlockedIndex(const PhotonBatch& photons, std::span<const RGB> fluxes, const RadiusPolicy& policy,
+               std::vector<std::uint32_t>* photon_of_place = nullptr);
   BlockedIndex() = default;
 
   /// The view for the kernels; valid until this object is moved or destroyed.

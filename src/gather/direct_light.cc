@@ -20,12 +20,12 @@ std::uint32_t default_light_samples(std::uint32_t gather_rays) {
   return std::clamp<std::uint32_t>(gather_rays / 3, 2, 16);
 }
 
-void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
-                      std::uint32_t gather_rays, const GatherGuide* guide, SlotRadiance& radiance,
-                      Statistics& statistics) {
+void add_direct_light(const Tracer& tracer, const GatherPoints& points, const DirectLightSettings& settings,
+                      SlotRadiance& radiance, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::direct);
+  const std::uint32_t light_samples = settings.light_samples, seed = settings.seed;
   if (light_samples == 0) return;
-  const auto lights_each = static_cast<float>(light_samples), rays_each = static_cast<float>(gather_rays);
+  const auto lights_each = static_cast<float>(light_samples), rays_each = static_cast<float>(settings.gather_rays);
   const Scene& scene = tracer.scene();
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
     std::vector<UnoccludedLight> lights_found;
@@ -38,10 +38,11 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uin
       const std::uint32_t sequence = hash_combine(points.sequence[i], kLightStream);
       sobol_pairs(Sampler::pair_key(seed, sequence, 0), index.data(), light_samples, u_light.data(), u_y.data());
       sobol_pairs(Sampler::pair_key(seed, sequence, 1), index.data(), light_samples, u_x.data(), unused.data());
-      const GatherDensity density(points, i, guide);
+      const GatherDensity density(points, i, settings.guide);
       LightSelector::AtPoint lights(scene.light_selector(), vertex.point.position);
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, vertex.point.position, lights, u_light[n], {u_x[n], u_y[n]});
+        if (sample.delta && !settings.beams) continue;
         const UnoccludedLight l = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
                                                   [&](Vec3 w) { return density.weighing_pdf(w); });
         if (is_black(l.radiance)) continue;

@@ -13,11 +13,17 @@ namespace glowworm {
 /// The default number of light samples of a gather point for a number of gather rays.
 std::uint32_t default_light_samples(std::uint32_t gather_rays);
 
-/// Adds to radiance.direct the light that reaches the gather points directly from the lights, with `light_samples`
-/// light samples each. `gather_rays` is the number of rays that the final gather sends for the same light, by `guide`
-/// (null: none). Runs on all threads (Phase::direct; counts occlusion_rays).
-void add_direct_light(const Tracer& tracer, const GatherPoints& points, std::uint32_t seed, std::uint32_t light_samples,
-                      std::uint32_t gather_rays, const GatherGuide* guide, SlotRadiance& radiance,
-                      Statistics& statistics);
+struct DirectLightSettings {
+  std::uint32_t seed = 0;
+  std::uint32_t light_samples = 0;     ///< of each gather point
+  std::uint32_t gather_rays = 0;       ///< that the final gather sends for the same light
+  const GatherGuide* guide = nullptr;  ///< of these rays; null: none
+  bool beams = true;                   ///< whether lights without size count
+};
+
+/// Adds to radiance.direct the light that reaches the gather points directly from the lights. Runs on all threads
+/// (Phase::direct; counts occlusion_rays).
+void add_direct_light(const Tracer& tracer, const GatherPoints& points, const DirectLightSettings& settings,
+                      SlotRadiance& radiance, Statistics& statistics);
 
 }  // namespace glowworm

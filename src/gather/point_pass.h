@@ -26,6 +26,8 @@ struct PointGrid {
   /// Whether a guide of gather rays learns from these points. The noise of a point then depends on the other points of
   /// the grid.
   bool learns = false;
+  /// Whether light samples of the points leave out lights without size, whose direct light is computed elsewhere.
+  bool beams_apart = false;
   /// Random sequences of each cell, independent of each other, that its samples take in turn. The spread of their means
   /// tells the error of the mean over all samples; that of the samples of one sequence, which are stratified, tells
   /// more than there is.

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "core/error.h"
-#include "core/lines.h"
 #include "scene/sky_model.h"
 
 namespace glowworm {
@@ -19,7 +17,9 @@ constexpr double kDegree = M_PI / 180;
 constexpr double kSolarConstant = 1367;   // W m^-2, that of the model's authors
 constexpr double kPrecipitableWater = 2;  // cm, where none is measured
 constexpr double kTwilight = -6;          // degrees: civil twilight, when the sky gives light without the sun
-constexpr double kMinBrightness = 0.01, kGreatestClearness = 11.9;
+/// The range of the model, as Radiance's gendaylit has it. Beyond, as of a bright sky around a sun on the horizon, its
+/// formula may have no light at all.
+constexpr double kMinBrightness = 0.01, kMaxBrightness = 0.6, kGreatestClearness = 11.9;
 
 /// Bins of the sky's clearness (Perez et al. 1990, table 1).
 constexpr std::array<double, 7> kClearness = {1.065, 1.230, 1.500, 1.950, 2.800, 4.500, 6.200};
@@ -103,7 +103,8 @@ Indices indices_of(const SkyMoment& moment, const SunPlace& sun, const SolarIrra
   const double day = 2 * M_PI * day_of_year(moment.month, moment.day) / 365;
   const double eccentricity = 1.00011 + 0.034221 * std::cos(day) + 0.00128 * std::sin(day) +
                               0.000719 * std::cos(2 * day) + 0.000077 * std::sin(2 * day);
-  out.brightness = std::max(e.diffuse_horizontal * mass / (kSolarConstant * eccentricity), kMinBrightness);
+  out.brightness =
+      std::clamp(e.diffuse_horizontal * mass / (kSolarConstant * eccentricity), kMinBrightness, kMaxBrightness);
   out.bin = static_cast<std::size_t>(std::upper_bound(kClearness.begin(), kClearness.end(), out.clearness) -
                                      kClearness.begin());
   return out;
@@ -124,83 +125,6 @@ std::array<double, 5> coefficients_of(const Indices& i) {
   return out;
 }
 
-constexpr const char* kWholeFile = "Give a whole EPW file of EnergyPlus.";
-
-/// The lines of a weather file, divided at commas.
-class WeatherLines {
- public:
-  WeatherLines(std::string_view text, const std::string& path)
-      : rest_(without_byte_order_mark(text)), path_(path), is_ended_(text.ends_with('\n') || text.ends_with('\r')) {}
-
-  /// Goes to the next line; false behind the last. The last one may lack its end, but none of its fields.
-  bool next() {
-    if (rest_.empty()) return false;
-    const std::size_t before = fields_.size();
-    divide(take_line(rest_));
-    ++number_;
-    if (rest_.empty() && !is_ended_ && (fields_.size() < before || fields_.back().empty()))
-      fail("the file ends within this line");
-    return true;
-  }
-
-  /// A field of the line, without blanks and quotes around it; empty beyond the last.
-  std::string_view word(std::size_t i) const { return i < fields_.size() ? fields_[i] : std::string_view(); }
-
-  double number(std::size_t i) const {
-    double value = 0;
-    std::string_view rest = word(i);
-    if (!take_number(rest, value) || !rest.empty() || !std::isfinite(value))
-      fail(fmt::format("column {} is no number: '{}'", i + 1, word(i).substr(0, 40)));
-    return value;
-  }
-
-  FilePlace place() const { return {path_, number_}; }
-  [[noreturn]] void fail(const std::string& message) const { throw Error(place(), message, kWholeFile); }
-
- private:
-  void divide(std::string_view line) {
-    fields_.clear();
-    bool quoted = false;
-    std::size_t begin = 0;
-    for (std::size_t i = 0; i <= line.size(); ++i) {
-      if (i < line.size() && line[i] == '"') quoted = !quoted;
-      if (i < line.size() && (quoted || line[i] != ',')) continue;
-      fields_.push_back(bare(line.substr(begin, i - begin)));
-      begin = i + 1;
-    }
-  }
-
-  static std::string_view bare(std::string_view word) {
-    constexpr std::string_view kAround = " \t\"";
-    const std::size_t begin = std::min(word.find_first_not_of(kAround), word.size());
-    word.remove_prefix(begin);
-    return word.substr(0, word.find_last_not_of(kAround) + 1);
-  }
-
-  std::string_view rest_;
-  std::string path_;
-  bool is_ended_;  // by a line end
-  std::vector<std::string_view> fields_;
-  int number_ = 0;
-};
-
-/// The hour in the middle of the time from `begin` to `end` during which the sun is up; the middle of all if it is
-/// never up, or set only in between.
-double middle_of_daylight(SkyMoment moment, double begin, double end) {
-  const auto is_up = [&](double hour) {
-    moment.hour = hour;
-    return sun_place(moment).altitude > 0;
-  };
-  const bool at_begin = is_up(begin), at_end = is_up(end);
-  if (at_begin == at_end) return (begin + end) / 2;
-  double dark = at_begin ? end : begin, light = at_begin ? begin : end;
-  for (int i = 0; i < 30; ++i) {
-    const double middle = (dark + light) / 2;
-    (is_up(middle) ? light : dark) = middle;
-  }
-  return (light + (at_begin ? begin : end)) / 2;
-}
-
 }  // namespace
 
 SunPlace sun_place(const SkyMoment& m) {
@@ -219,14 +143,9 @@ SunPlace sun_place(const SkyMoment& m) {
   return {std::asin(std::clamp(up, -1.0, 1.0)) / kDegree, azimuth};
 }
 
-void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& e, double ground, SceneDescription& scene) {
+std::optional<PerezSky> perez_sky(const SkyMoment& moment, const SolarIrradiance& e) {
   SunPlace sun = sun_place(moment);
-  if (!(sun.altitude > kTwilight))
-    throw Error(fmt::format("the sun is {:.1f} degrees below the horizon at {:02}-{:02}, {:g} h", -sun.altitude,
-                            moment.month, moment.day, moment.hour),
-                "Give an hour of the day.");
-  if (!(e.diffuse_horizontal > 0 || e.direct_normal > 0))
-    throw Error("neither the sky nor the sun has any irradiance", "Give more than 0 W m^-2 of one of them.");
+  if (!(sun.altitude > kTwilight) || !(e.diffuse_horizontal > 0 || e.direct_normal > 0)) return std::nullopt;
   const bool is_up = sun.altitude > 0;
   sun.altitude = std::max(sun.altitude, 0.0);
   const Indices indices = indices_of(moment, sun, e);
@@ -238,62 +157,35 @@ void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& e, double gro
   const double of_sun = std::max(direct[0] + direct[1] * kPrecipitableWater +
                                      direct[2] * std::exp(5.73 * indices.zenith - 5) + direct[3] * indices.brightness,
                                  0.0);
-  SkyModel sky;
+  PerezSky out;
+  SkyModel& sky = out.shape;
   sky.a = static_cast<float>(k[0]), sky.b = static_cast<float>(std::min(k[1], 0.0)), sky.c = static_cast<float>(k[2]);
   sky.d = static_cast<float>(k[3]), sky.e = static_cast<float>(k[4]);
   sky.sun = sky_direction(static_cast<float>(sun.altitude), static_cast<float>(sun.azimuth));
-  const double level = e.diffuse_horizontal * of_sky / kLuminousEfficacy;
-  const double beam = is_up ? e.direct_normal * of_sun / kLuminousEfficacy : 0;
-  sky.zenith = static_cast<float>(level / horizontal_irradiance(sky));
-  sky.ground = static_cast<float>(ground * (level + beam * sky.sun.y) / M_PI);
+  out.diffuse = e.diffuse_horizontal * of_sky / kLuminousEfficacy;
+  out.direct = is_up ? e.direct_normal * of_sun / kLuminousEfficacy : 0;
+  return out;
+}
+
+void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& e, double ground, SceneDescription& scene) {
+  const double altitude = sun_place(moment).altitude;
+  if (!(altitude > kTwilight))
+    throw Error(fmt::format("the sun is {:.1f} degrees below the horizon at {:02}-{:02}, {:g} h", -altitude,
+                            moment.month, moment.day, moment.hour),
+                "Give an hour of the day.");
+  const std::optional<PerezSky> found = perez_sky(moment, e);
+  if (!found) throw Error("neither the sky nor the sun has any irradiance", "Give more than 0 W m^-2 of one of them.");
+  SkyModel sky = found->shape;
+  sky.zenith = static_cast<float>(found->diffuse / horizontal_irradiance(sky));
+  sky.ground = static_cast<float>(ground * found->horizontal() / M_PI);
   scene.environment = sky_environment(sky);
-  if (!(beam > 0)) return;
+  if (!(found->direct > 0)) return;
   Light light;
   light.name = "sun";
   light.kind = LightKind::directional;
-  light.intensity = RGB(static_cast<float>(beam));
+  light.intensity = RGB(static_cast<float>(found->direct));
   light.direction = -sky.sun;
   scene.lights.push_back(light);
-}
-
-WeatherHour parse_weather_hour(std::string_view text, const std::string& path, int month, int day, int hour) {
-  WeatherLines lines(text, path);
-  if (!lines.next() || lines.word(0) != "LOCATION") lines.fail("is no EPW file: it does not begin with LOCATION");
-  WeatherHour out;
-  out.moment = {month, day, 0, lines.number(6), lines.number(7), lines.number(8)};
-  constexpr int kHeader = 8, kMostRecords = 60;
-  for (int i = 2; i <= kHeader; ++i)
-    if (!lines.next()) lines.fail("the file ends within its header");
-  if (lines.word(0) != "DATA PERIODS") lines.fail("does not begin with DATA PERIODS");
-  const double given = lines.number(2);
-  if (!(given >= 1 && given <= kMostRecords && given == std::floor(given)))
-    lines.fail(fmt::format("column 3 says {:g} records an hour", given));
-  const int records = static_cast<int>(given);
-  // Each record holds the energy that arrived in its part of the hour.
-  int found = 0;
-  while (found < records && lines.next()) {
-    if (lines.number(1) != month || lines.number(2) != day || lines.number(3) != hour) {
-      if (found > 0) break;
-      continue;
-    }
-    constexpr double kMissing = 9999;
-    const double direct = lines.number(14), diffuse = lines.number(15);
-    if (!(direct < kMissing && diffuse < kMissing))
-      throw Error(lines.place(), "the irradiance of this hour is missing", "Give another hour.");
-    out.irradiance.direct_normal += direct;
-    out.irradiance.diffuse_horizontal += diffuse;
-    ++found;
-  }
-  if (found == 0)
-    throw Error({path}, fmt::format("has no hour {} of {:02}-{:02}", hour, month, day),
-                "Give month, day, and an hour from 1 to 24.");
-  if (found < records)
-    throw Error(
-        {path, kHeader},
-        fmt::format("says {} records an hour, but hour {} of {:02}-{:02} has {}", records, hour, month, day, found),
-        kWholeFile);
-  out.moment.hour = middle_of_daylight(out.moment, hour - 1, hour);
-  return out;
 }
 
 }  // namespace glowworm

@@ -1,7 +1,6 @@
-// Sun and sky of a place and time: solar geometry, the all-weather sky of Perez, and weather files.
+// Sun and sky of a place and time: solar geometry and the all-weather sky of Perez.
 #pragma once
-#include <string>
-#include <string_view>
+#include <optional>
 
 #include "scene/scene.h"
 
@@ -27,22 +26,24 @@ struct SolarIrradiance {
   double direct_normal = 0, diffuse_horizontal = 0;
 };
 
-/// Replaces the environment by the sky of Perez, Seals and Michalsky, "All-weather model for sky luminance
-/// distribution", Solar Energy 50(3), 1993, and adds the sun as a directional light. Light is visible light: luminous
-/// efficacy of sun and sky by Perez et al., Solar Energy 44(5), 1990, over 179 lm/W. The sky's horizontal illuminance
-/// is exactly that of the diffuse irradiance; without any, it is black. In civil twilight the sky is as with the sun on
-/// the horizon, and the sun gives no light. Throws Error where the sun is lower, or all irradiance is 0.
+/// Sun and sky of a moment.
+struct PerezSky {
+  SkyModel shape;                  ///< with a zenith factor of 1 and a black ground
+  double diffuse = 0, direct = 0;  ///< of the sky, horizontal; of the sun, normal; visible light, W m^-2
+
+  /// Irradiance of both on a horizontal plane.
+  double horizontal() const { return diffuse + direct * shape.sun.y; }
+};
+
+/// Sun and sky by Perez, Seals and Michalsky, "All-weather model for sky luminance distribution", Solar Energy 50(3),
+/// 1993. Light is visible light: luminous efficacy of sun and sky by Perez et al., Solar Energy 44(5), 1990, over 179
+/// lm/W. In civil twilight the sky is as with the sun on the horizon, and the sun gives no light. Nothing where the sun
+/// is lower, or all irradiance is 0.
+std::optional<PerezSky> perez_sky(const SkyMoment& moment, const SolarIrradiance& measured);
+
+/// Replaces the environment by perez_sky(), and adds the sun as a directional light. The sky's horizontal illuminance
+/// is exactly that of the diffuse irradiance; without any, it is black. Throws Error where there is no sky.
 /// @param ground reflectance of the ground, which reflects the light of sun and sky
 void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& measured, double ground, SceneDescription& scene);
-
-/// The hour of an EnergyPlus weather file (EPW): the middle of its time with the sun up as the moment, and its
-/// irradiance, summed over the hour's records. Throws Error with the line for a file that is not one, or cut off, and
-/// where the hour or some of its records are missing.
-/// @param hour 1 to 24, as the file counts them
-struct WeatherHour {
-  SkyMoment moment;
-  SolarIrradiance irradiance;
-};
-WeatherHour parse_weather_hour(std::string_view text, const std::string& path, int month, int day, int hour);
 
 }  // namespace glowworm

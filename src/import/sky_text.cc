@@ -10,6 +10,7 @@
 #include "core/input_file.h"
 #include "core/text.h"
 #include "import/daylight.h"
+#include "import/weather.h"
 #include "scene/sky_model.h"
 
 namespace glowworm {

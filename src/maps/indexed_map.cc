@@ -30,6 +30,16 @@ std::unique_ptr<DensityEngine> engine_of(const IndexInputs& inputs) {
 IndexedMap::Engines index_groups(const IndexedMap::Photons& photons, std::span<const RGB> flux,
                                  const RadiusPolicy& whole, const IndexInputs& inputs, Statistics& statistics) {
   const LightGroups& groups = *inputs.light_groups;
+  const bool by_radius = whole.kind != RadiusKind::nearest && inputs.correction != BoundaryCorrection::estimates;
+  if (by_radius && groups.names.size() >= GroupedMap::kLeastGroups) {
+    std::vector<std::uint32_t> group_of;
+    for (const std::uint32_t source : photons.sources) group_of.push_back(groups.of_source[source]);
+    IndexedMap::Engines engines;
+    engines.push_back(engine_of(inputs));
+    engines.back()->build(photons.batch, flux, whole, statistics);
+    engines.grouped = std::make_unique<const GroupedMap>(photons.batch, flux, whole, group_of);
+    return engines;
+  }
   std::vector<std::vector<std::uint32_t>> members(groups.names.size());
   for (std::size_t i = 0; i < photons.batch.size(); ++i) {
     const std::uint32_t photon = whole.order.empty() ? static_cast<std::uint32_t>(i) : whole.order[i];

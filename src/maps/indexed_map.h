@@ -9,6 +9,7 @@
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "density/engine.h"
+#include "density/grouped_map.h"
 #include "density/photon_sample.h"
 #include "density/query_radii.h"
 #include "density/radius.h"
@@ -106,8 +107,11 @@ struct MapWork {
 /// A map whose stages update() makes, each if its inputs have changed.
 class IndexedMap {
  public:
-  /// Engines over the map: one, or one for each group of lights, whose sums are the light of all.
-  using Engines = std::vector<std::unique_ptr<DensityEngine>>;
+  /// Engines over the map: one, or one for each group of lights, whose sums are the light of all. Where there are many
+  /// groups (GroupedMap::kLeastGroups), one and a map of all groups.
+  struct Engines : std::vector<std::unique_ptr<DensityEngine>> {
+    std::unique_ptr<const GroupedMap> grouped;
+  };
 
   struct Photons {
     PhotonBatch batch;

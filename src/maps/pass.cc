@@ -136,9 +136,11 @@ class PassRenderer {
       engines[i]->estimate(queries, memory_.found, statistics_);
       correct(false);
       complete(queries, memory_.found, target, statistics_);
-      if (settings_.light_groups) complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
+      if (settings_.light_groups && !engines.grouped)
+        complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
       if (finds_bias()) add_bias(queries, 2);
     }
+    if (settings_.light_groups && engines.grouped) engines.grouped->add(queries, out_.radiance.groups, statistics_);
     if (!finds_bias() || !narrow) return;
     // Not the render's lookups.
     Statistics others;
@@ -165,7 +167,9 @@ class PassRenderer {
     if (!(tracer_.scene().light_power().total() > 0)) return;
     const bool rays_alone = settings_.kind == PassKind::gather_rays;
     if (settings_.direct && !rays_alone)
-      add_direct_light(tracer_, points, settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
+      add_direct_light(tracer_, points,
+                       {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
+                        !(view_.points && view_.points->beams_apart)},
                        out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone) {
       if (is_apart())

@@ -374,6 +374,7 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 void PhotonMaps::hold_result() {
   std::uint64_t bytes = global_.bytes() + caustic_.bytes() + air_.segments.size() * sizeof(PhotonSegment);
   bytes += engines().front()->index_bytes(global_.count() + caustic_.count());
+  if (engines().grouped) bytes += GroupedMap::bytes(global_.count() + caustic_.count());
   bytes += in_media().bytes() + signed_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
            media_photons_->beams.size() * bytes_each<VolumeBeams>();
   if (diagnosis()) bytes += diagnosis()->index_bytes(global_.count());

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <memory>
 #include <utility>
 
 #include "core/error.h"
-#include "core/version.h"
-#include "measure/measurement.h"
 
 namespace glowworm {
 
@@ -45,11 +42,43 @@ std::size_t SkyPatches::patch_of(Vec3 d) const {
   return first + static_cast<std::size_t>(place);
 }
 
-Scene scene_under_patches(const Scene& scene, const SkyPatches& patches) {
+std::vector<SkyPatches::Piece> SkyPatches::pieces(int across) const {
+  std::vector<Piece> out;
+  std::size_t patch = 1;
+  for (std::size_t row = 0; row < in_row_.size(); ++row) {
+    const bool is_zenith = row + 1 == in_row_.size();
+    const double low = static_cast<double>(row) * row_height_, high = is_zenith ? M_PI / 2 : low + row_height_;
+    const int around = is_zenith ? 4 * across : across;
+    const double width = 2 * M_PI / in_row_[row];
+    for (int i = 0; i < in_row_[row]; ++i, ++patch)
+      for (int v = 0; v < across; ++v)
+        for (int u = 0; u < around; ++u) {
+          const double from = low + (high - low) * v / across, to = low + (high - low) * (v + 1) / across;
+          const double altitude = (from + to) / 2, azimuth = width * (i - 0.5 + (u + 0.5) / around);
+          const double below = std::sin(from), above = std::sin(to), cosine = std::cos(altitude);
+          const Vec3 direction{static_cast<float>(cosine * std::sin(azimuth)), static_cast<float>(std::sin(altitude)),
+                               static_cast<float>(-cosine * std::cos(azimuth))};
+          out.push_back({patch, normalize(direction), width / around * (above - below),
+                         width / around * (above * above - below * below) / 2});
+        }
+  }
+  return out;
+}
+
+float sun_irradiance(std::size_t suns) { return 4 * kPi / static_cast<float>(suns); }
+
+Scene scene_under_patches(const Scene& scene, const SkyPatches& patches, std::span<const Vec3> suns) {
   SceneEdit edit{scene.emissions(), scene.lights(), Environment{}, nullptr, {}, {}};
   for (Emission& emission : edit.emissions) emission.radiance.value = RGB(0.0f);
   for (Light& light : edit.lights) light.intensity = RGB(0.0f);
   const auto part_of = [patches](Vec3 d) { return static_cast<std::uint32_t>(patches.patch_of(d)); };
+  for (const Vec3 sun : suns) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.intensity = RGB(sun_irradiance(suns.size()));
+    light.direction = -sun;
+    edit.lights.push_back(light);
+  }
   edit.environment->name = "sky patch";
   edit.environment->parts =
       std::make_shared<const EnvironmentParts>(EnvironmentParts{static_cast<std::uint32_t>(patches.size()), part_of});
@@ -63,29 +92,20 @@ RenderSettings patch_settings(RenderSettings settings) {
   return settings;
 }
 
-DaylightMatrix daylight_matrix(const Job& job, std::size_t sensors) {
+ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t first, std::size_t count) {
   const Film film = job.snapshot();
   const LightGroups& groups = *job.light_groups();
-  const std::size_t patches = job.scene().environment()->parts->count, first = groups.of_source.size() - patches;
-  DaylightMatrix out{sensors, patches, {}};
-  out.coefficient.reserve(sensors * patches);
+  ColorMatrix out{sensors, count, {}};
+  out.value.reserve(sensors * count);
   for (std::size_t i = 0; i < sensors; ++i)
-    for (std::size_t patch = 0; patch < patches; ++patch)
-      out.coefficient.push_back(film.light_of_group(groups.of_source[first + patch], i));
+    for (std::size_t source = first; source < first + count; ++source)
+      out.value.push_back(film.light_of_group(groups.of_source[source], i));
   return out;
 }
 
-std::string daylight_matrix_text(const DaylightMatrix& m, const std::string& about) {
-  std::string text = fmt::format("#?RADIANCE\n{}\nSOFTWARE= glowworm {}\nNCOMP=3\nNROWS={}\nNCOLS={}\nFORMAT=ascii\n\n",
-                                 one_line(about), version(), m.sensors, m.patches);
-  for (std::size_t i = 0; i < m.sensors; ++i) {
-    for (std::size_t patch = 0; patch < m.patches; ++patch) {
-      const RGB e = m.at(i, patch);
-      fmt::format_to(std::back_inserter(text), "{:.6e}\t{:.6e}\t{:.6e}\t", e.r, e.g, e.b);
-    }
-    text += '\n';
-  }
-  return text;
+ColorMatrix daylight_matrix(const Job& job, std::size_t sensors) {
+  const std::size_t patches = job.scene().environment()->parts->count;
+  return light_of_sources(job, sensors, job.light_groups()->of_source.size() - patches, patches);
 }
 
 }  // namespace glowworm

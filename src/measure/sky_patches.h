@@ -1,10 +1,11 @@
 // Daylight coefficients: what each patch of the sky contributes to sensors.
 #pragma once
 #include <cstddef>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "control/job.h"
+#include "measure/matrix_file.h"
 #include "scene/scene.h"
 
 namespace glowworm {
@@ -20,23 +21,28 @@ class SkyPatches {
   /// The patch that a direction lies in.
   std::size_t patch_of(Vec3 direction) const;
 
+  /// A piece of a patch of the sky.
+  struct Piece {
+    std::size_t patch;
+    Vec3 direction;          ///< unit, to its middle
+    double solid_angle = 0;  ///< sr
+    double projected = 0;    ///< solid angle times cosine, on a horizontal plane
+  };
+  /// All patches of the sky in pieces, for quadrature; their solid angles are exact.
+  /// @param across pieces of a patch along either side
+  std::vector<Piece> pieces(int across) const;
+
  private:
   std::vector<int> in_row_;  // patches of each row, from the horizon on
   double row_height_ = 0;    // radians
   std::size_t size_ = 1;
 };
 
-/// Irradiance at sensors for a radiance of 1 W sr^-1 m^-2 of each patch.
-struct DaylightMatrix {
-  std::size_t sensors = 0, patches = 0;
-  std::vector<RGB> coefficient;  ///< a row of patches for each sensor
-
-  RGB at(std::size_t sensor, std::size_t patch) const { return coefficient[sensor * patches + patch]; }
-};
-
 /// The scene under a sky and ground of radiance 1 W sr^-1 m^-2, each patch a light source of its own
-/// (EnvironmentParts). The scene's own lights are off.
-Scene scene_under_patches(const Scene& scene, const SkyPatches& patches);
+/// (EnvironmentParts). The scene's own lights are off. @param suns directions towards suns, which are added as
+/// directional lights of irradiance sun_irradiance(): all together give as much light as the sky
+Scene scene_under_patches(const Scene& scene, const SkyPatches& patches, std::span<const Vec3> suns = {});
+float sun_irradiance(std::size_t suns);
 
 /// PointGrid::batches of such sensors. A matrix states no errors, and stratified samples help most where patches are
 /// seen directly.
@@ -45,11 +51,13 @@ inline constexpr std::uint32_t kPatchBatches = 2;
 /// The settings of a Job over scene_under_patches() that keeps the light of patches apart, in one pass for all of them.
 RenderSettings patch_settings(RenderSettings settings);
 
-/// The matrix of such a Job over sensor_grid(): means over its samples so far.
-DaylightMatrix daylight_matrix(const Job& job, std::size_t sensors);
+/// The daylight matrix of such a Job over sensor_grid(), means over its samples so far: irradiance at sensors (rows)
+/// for a radiance of 1 W sr^-1 m^-2 of each patch (columns). rfluxmtx writes the same matrix, and dctimestep multiplies
+/// it by those of gendaymtx.
+ColorMatrix daylight_matrix(const Job& job, std::size_t sensors);
 
-/// The matrix as rfluxmtx and rcontrib write it in ASCII: a row of R G B triples for each sensor, with the columns in
-/// the order of patches; dctimestep multiplies it by the vectors of gendaymtx.
-std::string daylight_matrix_text(const DaylightMatrix& matrix, const std::string& about);
+/// The light of `count` light sources from `first` on, counted as in Scene::light_power(), of a Job that keeps groups
+/// apart: sensors are rows, sources columns.
+ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t first, std::size_t count);
 
 }  // namespace glowworm

@@ -32,9 +32,10 @@ LightGroups light_groups(const Scene& scene) {
   constexpr std::size_t kMaxGroups = 100;
   LightGroups groups;
   std::map<std::pair<std::string, std::size_t>, std::uint32_t> places;
+  const bool in_parts = scene.environment() && scene.environment()->parts;
   for (std::uint32_t source = 0; source < scene.light_source_count(); ++source) {
     const auto count = static_cast<std::uint32_t>(groups.names.size());
-    const bool limited = source < scene.emissive_triangles().size() + scene.lights().size();
+    const bool limited = !in_parts && source < scene.emissive_triangles().size() + scene.lights().size();
     const auto [place, added] =
         places.try_emplace(key_of(scene, source), limited ? std::min<std::uint32_t>(count, kMaxGroups) : count);
     groups.of_source.push_back(place->second);

@@ -15,8 +15,8 @@ struct LightGroups {
   std::vector<std::uint32_t> of_source;  ///< index into `names` of each source, counted as in Scene::light_power()
 };
 
-/// Groups the scene's light sources. A scene with more than a hundred groups puts the rest into one more, "others";
-/// each part of the environment is a group.
+/// Groups the scene's light sources. A scene with more than a hundred groups puts the rest into one more, "others",
+/// unless its environment has parts, each of which is a group.
 LightGroups light_groups(const Scene& scene);
 
 }  // namespace glowworm

@@ -232,7 +232,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       material_is_pane_(scene.material_is_pane_),
       crosses_media_(scene.crosses_media_) {
   const bool same_triangles = !edit.geometry || edit.geometry->triangle_count() == geometry_->triangle_count();
-  if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() != d_.lights.size() || !same_triangles)
+  if (edit.emissions.size() != d_.emissions.size() || edit.lights.size() < d_.lights.size() || !same_triangles)
     throw Error("the edit is of another scene");
   d_.emissions = std::move(edit.emissions);
   d_.lights = std::move(edit.lights);

@@ -71,7 +71,7 @@ struct SceneDescription {
 /// scene's tables (Scene::inside()).
 struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
-  std::vector<Light> lights;        ///< as many as the scene has
+  std::vector<Light> lights;        ///< as many as the scene has, or more
   std::optional<Environment> environment;
   /// The same triangles with other positions, or without instances; null: the scene's own.
   std::shared_ptr<const Geometry> geometry;

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "import/daylight.h"
 #include "import/sky_text.h"
+#include "import/weather.h"
 #include "scene/environment.h"
 #include "scene/light_sampling.h"
 #include "scene/scene_parts.h"
@@ -182,6 +183,64 @@ TEST(Sky, HasDawnsAndSunsInBlackSkies) {
   EXPECT_GT(sky_radiance(*bare.environment->sky, {0, -1, 0}), 0) << "the ground reflects the sun";
   ASSERT_EQ(bare.lights.size(), 1u);
   EXPECT_GT(bare.lights[0].intensity.g * kLuminousEfficacy, 60 * 700);
+}
+
+TEST(WeatherYear, ReadsAllHours) {
+  std::string text = weather_header(2);
+  for (int day = 20; day <= 21; ++day)
+    for (int hour = 1; hour <= 24; ++hour)
+      for (const int minute : {30, 60}) text += weather_record(6, day, hour, minute, std::to_string(hour), 5);
+  const WeatherYear year = parse_weather_year("\xef\xbb\xbf" + text, "a.epw");
+  ASSERT_EQ(year.hours.size(), 48u);
+  EXPECT_EQ(year.hours[30].hour, 7);
+  EXPECT_EQ(year.hours[30].moment.day, 21);
+  EXPECT_EQ(year.hours[30].moment.hour, 6.5);
+  EXPECT_EQ(year.hours[30].irradiance.direct_normal, 14);
+  EXPECT_EQ(year.hours[30].irradiance.diffuse_horizontal, 10);
+  for (const int hour : {1, 5, 20, 24}) {
+    const WeatherHour one = parse_weather_hour(text, "a.epw", 6, 21, hour),
+                      same = year.hours[static_cast<std::size_t>(23 + hour)];
+    EXPECT_EQ(one.moment.hour, same.moment.hour) << "the sun at the horizon, too";
+    EXPECT_EQ(one.irradiance.direct_normal, same.irradiance.direct_normal);
+    EXPECT_EQ(one.hour, same.hour);
+  }
+  text.resize(text.find("1999,6,21,7,60"));
+  EXPECT_THROW(parse_weather_year(text, "a.epw"), Error) << "an hour lacks a record";
+}
+
+TEST(WeatherYear, HasLeapDaysAndEmptyLines) {
+  const std::string text =
+      weather_header(1) + weather_record(2, 29, 12, 60, "500", 100) + weather_record(3, 1, 12, 60, "500", 100) + "\n\n";
+  const WeatherYear year = parse_weather_year(text, "a.epw");
+  ASSERT_EQ(year.hours.size(), 2u);
+  EXPECT_EQ(year.hours[0].moment.day, 29);
+  EXPECT_NEAR(sun_place(year.hours[0].moment).altitude, sun_place(year.hours[1].moment).altitude, 0.5);
+  EXPECT_THROW(parse_weather_year(weather_header(1) + weather_record(2, 30, 25, 60, "5", 1), "a.epw"), Error);
+  EXPECT_THROW(parse_weather_year(weather_header(1), "a.epw"), Error);
+}
+
+TEST(WeatherYear, SaysWhatDoesNotFit) {
+  // The records have 600 W/m2 of global irradiance; the sun stands some 64 degrees high.
+  const auto notes_of = [](const std::string& records) {
+    const WeatherYear year = parse_weather_year(weather_header(1) + records, "a.epw");
+    std::string all;
+    for (const std::string& note : year.notes) all += note + "\n";
+    return all;
+  };
+  EXPECT_THAT(notes_of(weather_record(6, 21, 12, 60, "700", 120)),
+              testing::AllOf(HasSubstr("in 1 hours global"), HasSubstr("06-21 hour 12"), HasSubstr("has 1 hours")));
+  EXPECT_THAT(notes_of(weather_record(6, 21, 12, 60, "535", 120)), testing::Not(HasSubstr("global")));
+  EXPECT_THAT(notes_of(weather_record(6, 21, 2, 60, "0", 8)), HasSubstr("1 hours have light, but no sun"));
+  EXPECT_THROW(notes_of(weather_record(6, 21, 12, 60, "9999", 120)), Error);
+}
+
+TEST(Sky, HasLightWhereDiffuseIrradianceIsMoreThanTheModelKnows) {
+  // A sun of a degree above the horizon, in a sky as bright as at noon.
+  const SceneDescription d = under("perez:0,103,3,21,6.5,48,0,0");
+  const double level = horizontal_irradiance(*d.environment->sky) * kLuminousEfficacy;
+  EXPECT_GT(level, 60 * 103);
+  EXPECT_LT(level, 160 * 103);
+  EXPECT_GT(sky_radiance(*d.environment->sky, {0, 1, 0}), 0);
 }
 
 TEST(Sky, RefusesOtherTexts) {

@@ -55,7 +55,7 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   const auto lit = std::make_shared<const Scene>(scene_under_patches(scene, SkyPatches(145)));
   Job of_patches(lit, std::make_shared<const Tracer>(*lit), patch_settings(s), nullptr, 0, grid);
   of_patches.wait();
-  const DaylightMatrix m = daylight_matrix(of_patches, sensors.size());
+  const ColorMatrix m = daylight_matrix(of_patches, sensors.size());
   s.samples = 64;
   s.photons = 200'000;
   const auto shared = std::make_shared<const Scene>(d);
@@ -63,7 +63,7 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   job.wait();
   for (std::size_t i = 0; i < 2; ++i) {
     double sum = 0;
-    for (std::size_t patch = 0; patch < m.patches; ++patch) sum += m.at(i, patch).g;
+    for (std::size_t patch = 0; patch < m.columns; ++patch) sum += m.at(i, patch).g;
     const double whole = job.snapshot().radiance(i, false).g;
     EXPECT_NEAR(sum, whole, 0.01 * whole) << i;
   }
@@ -73,11 +73,11 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
 }
 
 TEST(DaylightMatrix, IsWrittenAsRcontribDoes) {
-  DaylightMatrix m;
-  m.sensors = 2;
-  m.patches = 3;
-  for (int i = 0; i < 6; ++i) m.coefficient.emplace_back(static_cast<float>(i), 0.5f, 1e-7f);
-  const std::string text = daylight_matrix_text(m, "a\nb");
+  ColorMatrix m;
+  m.rows = 2;
+  m.columns = 3;
+  for (int i = 0; i < 6; ++i) m.value.emplace_back(static_cast<float>(i), 0.5f, 1e-7f);
+  const std::string text = matrix_text(m, "a\nb");
   EXPECT_THAT(text, testing::StartsWith("#?RADIANCE\na b\n"));
   EXPECT_THAT(text, testing::HasSubstr("\nNCOMP=3\nNROWS=2\nNCOLS=3\nFORMAT=ascii\n\n"));
   std::stringstream body(text.substr(text.find("\n\n") + 2));

@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""Times a year of an office with blinds and 1,000 sensors, and compares hours of it with measurements of single hours:
+bench/results/year.md.
+
+usage: tables_year.py [PROGRAM [HOURS [SENSORS [SAMPLES]]]]
+  HOURS hours (40) are measured at SENSORS of the sensors (50) with SAMPLES samples (16)
+"""
+import csv
+import math
+import os
+import pathlib
+import platform
+import random
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
+HOURS, SENSORS, SAMPLES = (int(word) for word in (sys.argv[2:] + ["40", "50", "16"][len(sys.argv[2:]):]))
+
+WIDTH, HEIGHT, DEPTH = 6, 3, 8  # of the office (m): x, y, z; its window faces south, towards z
+COLORS = {"floor": 0.2, "ceiling": 0.8, "wall": 0.5, "slat": 0.7, "desk": 0.4}
+LATITUDE, LONGITUDE, ZONE = 48.13, 11.70, 1
+
+
+class Model:
+    """Quads with materials, as an OBJ file."""
+
+    def __init__(self):
+        self.points, self.faces = [], []
+
+    def quad(self, material, *corners):
+        self.faces.append((material, len(self.points)))
+        self.points += corners
+
+    def box(self, material, low, high):
+        (a, b, c), (d, e, f) = low, high
+        self.quad(material, (a, b, c), (d, b, c), (d, b, f), (a, b, f))
+        self.quad(material, (a, e, c), (a, e, f), (d, e, f), (d, e, c))
+        self.quad(material, (a, b, c), (a, e, c), (d, e, c), (d, b, c))
+        self.quad(material, (a, b, f), (d, b, f), (d, e, f), (a, e, f))
+        self.quad(material, (a, b, c), (a, b, f), (a, e, f), (a, e, c))
+        self.quad(material, (d, b, c), (d, e, c), (d, e, f), (d, b, f))
+
+    def write(self, path):
+        lines = [f"mtllib {path.stem}.mtl"]
+        lines += [f"v {x:g} {y:g} {z:g}" for x, y, z in self.points]
+        for material, first in self.faces:
+            lines += [f"o {material}", f"usemtl {material}", "f " + " ".join(str(first + k) for k in range(1, 5))]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        colors = "".join(f"newmtl {name}\nKd {r} {r} {r}\n" for name, r in COLORS.items())
+        glass = "newmtl glass\nKd 0 0 0\nd 0.1\nTf 0.9 0.9 0.9\nillum 4\nNi 1.5\n"
+        path.with_suffix(".mtl").write_text(colors + glass, encoding="utf-8")
+
+
+def office(tilt, slats=36):
+    """The office; slats of 6 cm behind the glass, tilted by degrees, their outer edges down."""
+    m, w, h, d = Model(), WIDTH, HEIGHT, DEPTH
+    m.quad("floor", (0, 0, 0), (0, 0, d), (w, 0, d), (w, 0, 0))
+    m.quad("ceiling", (0, h, 0), (w, h, 0), (w, h, d), (0, h, d))
+    m.quad("wall", (0, 0, 0), (w, 0, 0), (w, h, 0), (0, h, 0))
+    m.quad("wall", (0, 0, 0), (0, h, 0), (0, h, d), (0, 0, d))
+    m.quad("wall", (w, 0, 0), (w, 0, d), (w, h, d), (w, h, 0))
+    left, right, low, high, out = 0.5, w - 0.5, 0.9, 2.7, d + 0.3
+    for a, b in (((0, 0, d), (w, low, out)), ((0, high, d), (w, h, out)), ((0, low, d), (left, high, out)),
+                 ((right, low, d), (w, high, out))):
+        m.box("wall", a, b)
+    m.quad("glass", (left, low, d + 0.15), (right, low, d + 0.15), (right, high, d + 0.15), (left, high, d + 0.15))
+    dy, dz = 0.03 * math.sin(math.radians(tilt)), 0.03 * math.cos(math.radians(tilt))
+    for i in range(slats):
+        y, z = low + (i + 0.5) * (high - low) / slats, d + 0.06
+        m.quad("slat", (left, y - dy, z + dz), (right, y - dy, z + dz), (right, y + dy, z - dz), (left, y + dy, z - dz))
+    for i in range(3):
+        for j in range(3):
+            m.box("desk", (0.6 + 1.9 * i, 0.7, 1 + 2.3 * j), (2 + 1.9 * i, 0.74, 1.8 + 2.3 * j))
+    return m
+
+
+def altitude(day, hour):
+    """Of the sun, radians; only to make up weather."""
+    declination = 0.4093 * math.sin(2 * math.pi * (day - 81) / 368)
+    turn = math.pi * (hour + (LONGITUDE - 15 * ZONE) / 15) / 12
+    phi = math.radians(LATITUDE)
+    return math.asin(math.sin(phi) * math.sin(declination) - math.cos(phi) * math.cos(declination) * math.cos(turn))
+
+
+def write_weather(path):
+    """A year of clear, hazy and overcast days, made by a formula."""
+    numbers, months = random.Random(1), (31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31)
+    lines = [f"LOCATION,Munich,-,DEU,made up,0,{LATITUDE},{LONGITUDE},{ZONE},529"] + ["HEADER"] * 6
+    lines.append("DATA PERIODS,1,1,Data,Sunday,1/1,12/31")
+    day = 0
+    for month, length in enumerate(months, 1):
+        for date in range(1, length + 1):
+            day += 1
+            clear = numbers.choice((1, 0.6, 0))
+            for hour in range(1, 25):
+                up = max(math.sin(altitude(day, hour - 0.5)), 0)
+                direct = round(clear * 900 * up**0.3) if up > 0.02 else 0
+                diffuse = round(up * (400 - 280 * clear)) if up > 0 else 0
+                lines.append(f"1999,{month},{date},{hour},60,?9,20,10,50,95000,0,0,300,{direct * up + diffuse:.0f},"
+                             f"{direct},{diffuse},0,0")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def run(*words):
+    """Runs the program; wall and processor seconds, and the largest memory of any run so far (MB)."""
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    subprocess.run([PROGRAM, *map(str, words), "-q"], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.monotonic() - start, spent, after.ru_maxrss / 1024
+
+
+def rows_of(path):
+    with open(path, encoding="utf-8") as file:
+        return list(csv.reader(line for line in file if not line.startswith("#")))
+
+
+def compare(name, scene, weather, year, folder):
+    """A row of the table: how far the year is from single hours, over the error of the latter, too."""
+    places = [(WIDTH * (i + 0.5) / 25, DEPTH * (j + 0.5) / 40) for i in range(25) for j in range(40)]
+    chosen = random.Random(2).sample(range(len(places)), SENSORS)
+    points = folder / "some.pts"
+    points.write_text("".join(f"{places[i][0]:g} 0.8 {places[i][1]:g} 0 1 0\n" for i in chosen), encoding="utf-8")
+    lit = [row for row in rows_of(year)[1:] if max(map(float, row[3:])) > 100]
+    relative, beyond, total, errors = [], 0, 0, []
+    for row in random.Random(3).sample(lit, HOURS):
+        month, day, hour = row[:3]
+        table = folder / "hour.csv"
+        run("measure", scene, "--points", points, "--sky", f"epw:{weather},{month},{day},{hour}", "--samples", SAMPLES,
+            "-o", table)
+        found = rows_of(table)[1:]
+        squares = truth = noise = 0
+        for place, values in zip(chosen, found):
+            lux, error, ours = float(values[10]), float(values[11]), float(row[3 + place])
+            squares += (ours - lux) ** 2
+            noise += (error * lux) ** 2
+            truth += lux**2
+            total += 1
+            beyond += abs(ours - lux) > (0.05 + 2 * error) * lux
+        relative.append(math.sqrt(squares / truth))
+        errors.append(math.sqrt(noise / truth))
+    return (f"| {name} | {100 * statistics.median(relative):.1f}% | {100 * max(relative):.1f}% | "
+            f"{100 * statistics.median(errors):.1f}% | {100 * (1 - beyond / total):.1f}% |")
+
+
+def main():
+    times, differences = [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        weather, points = folder / "made.epw", folder / "grid.pts"
+        write_weather(weather)
+        points.write_text("".join(f"{WIDTH * (i + 0.5) / 25:g} 0.8 {DEPTH * (j + 0.5) / 40:g} 0 1 0\n"
+                                  for i in range(25) for j in range(40)), encoding="utf-8")
+        for label, tilt, slats in (("office with blinds", 30, 36), ("office without blinds", 0, 0)):
+            scene, year = folder / f"s{slats}.obj", folder / f"y{slats}.csv"
+            office(tilt, slats).write(scene)
+            wall, spent, memory = run("daylight", scene, "--epw", weather, "--points", points, "-o", year)
+            times.append(f"| {label} | {wall:.0f} | {spent:.0f} | {memory:.0f} |")
+            print(times[-1], flush=True)
+            differences.append(compare(label, scene, weather, year, folder))
+            print(differences[-1], flush=True)
+    lines = ["# A year of daylight", "Written by `bench/tables_year.py`.", "",
+             f"8,760 hours of 1,000 sensors, 145 patches of the sky; {platform.machine()}, {os.cpu_count()} cores.", "",
+             "| scene | s | CPU s | MB |", "| --- | --- | --- | --- |", *times, "",
+             f"Against `glowworm measure` of {HOURS} hours with more than 100 lx at {SENSORS} sensors. Differences are "
+             "root mean squares over the sensors of an hour, relative to their illuminance.", "",
+             "| scene | median difference | largest | median error of measure | within 5% and twice the error of measure |",
+             "| --- | --- | --- | --- | --- |", *differences]
+    target = ROOT / "bench/results/year.md"
+    target.parent.mkdir(exist_ok=True)
+    target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+main()

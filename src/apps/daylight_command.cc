@@ -1,0 +1,394 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/attend.h"
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/open_scene.h"
+#include "apps/output_files.h"
+#include "apps/sensor_options.h"
+#include "apps/table_options.h"
+#include "control/job.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/input_file.h"
+#include "core/log.h"
+#include "core/random.h"
+#include "core/text.h"
+#include "measure/annual_metrics.h"
+#include "measure/doubts.h"
+#include "measure/measurement.h"
+#include "measure/sky_patches.h"
+#include "measure/year.h"
+#include "measure/year_files.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Samples of sensors in a round of coefficients; the spread of rounds tells their error.
+constexpr std::uint32_t kSamplesOfRound = 2;
+constexpr std::uint32_t kMostRounds = 64;
+/// Gather rays of a sample, where their number is automatic: few of them find a window, and that is most of the noise.
+constexpr std::uint32_t kGatherRays = 1024;
+/// Photons of a round for each place of the sky or the sun.
+constexpr std::uint64_t kPhotonsOfPlace = 2000;
+/// Error of the illuminance of an hour at which rounds end: it holds within 5% with a chance of 95%.
+constexpr double kNoise = 0.025;
+
+struct DaylightOptions {
+  std::string scene, command_line, weather, output, metrics, hours = "8-18", schedule, shade_schedule;
+  std::string write_matrix, write_sky, sky_matrix, useful = "100,300,3000";
+  SensorOptions sensors;
+  std::vector<std::string> shades, boxes;
+  std::uint32_t patches = 145;
+  double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
+  ReportOptions report;
+  TableOptions table;
+  SceneOptions changes;
+};
+
+MetricLimits limits_of(const DaylightOptions& o) {
+  MetricLimits out;
+  const std::vector<double> useful = numbers_of<double>(o.useful);
+  if (useful.size() != out.useful.size() || !(useful[0] > 0 && useful[0] < useful[1] && useful[1] < useful[2]))
+    throw CommandLineError(fmt::format("--udi '{}' are not three rising illuminances", o.useful),
+                           "Write lx, for example 100,300,3000.");
+  std::copy(useful.begin(), useful.end(), out.useful.begin());
+  out.autonomy = o.autonomy;
+  out.sun = o.sun_lux;
+  out.sun_hours = o.sun_hours;
+  out.glare = o.glare;
+  return out;
+}
+
+void check_options(const DaylightOptions& o) {
+  o.sensors.check();
+  if (o.output.empty() && o.metrics.empty() && o.write_matrix.empty() && o.write_sky.empty())
+    throw CommandLineError("no output was given", "Give -o FILE.csv, --metrics FILE.csv or .json, or both.");
+  if (!o.output.empty() && o.output != kStandardOutput && lower_ending(o.output) != ".csv" &&
+      lower_ending(o.output) != ".mtx")
+    throw CommandLineError(fmt::format("'{}' does not end in .csv or .mtx", o.output));
+  if (!o.metrics.empty() && lower_ending(o.metrics) != ".csv" && lower_ending(o.metrics) != ".json")
+    throw CommandLineError(fmt::format("'{}' does not end in .csv or .json", o.metrics));
+  if (o.shades.empty() != o.shade_schedule.empty())
+    throw CommandLineError("--shade and --shade-schedule are given together or not at all");
+  if (o.table.settings.samples == 1)
+    throw CommandLineError("--samples 1 leaves the error unknown", "Give two rounds or more.");
+  limits_of(o);
+}
+
+/// The files that the command reads and writes.
+OutputFiles files_of(const DaylightOptions& o) {
+  OutputFiles files;
+  files.add_input("the scene", o.scene);
+  const auto inputs = {std::pair{"--epw", &o.weather}, std::pair{"--points", &o.sensors.points},
+                       std::pair{"--schedule", &o.schedule}, std::pair{"--shade-schedule", &o.shade_schedule},
+                       std::pair{"--sky-matrix", &o.sky_matrix}};
+  for (const auto& [option, name] : inputs)
+    if (!name->empty()) files.add_input(option, *name);
+  for (const std::string& shade : o.shades) files.add_input("--shade", shade);
+  const auto outputs = {std::pair{"-o", &o.output}, std::pair{"--metrics", &o.metrics},
+                        std::pair{"--write-matrix", &o.write_matrix}, std::pair{"--write-sky", &o.write_sky}};
+  for (const auto& [option, name] : outputs)
+    if (!name->empty()) files.add(option, *name);
+  for (const auto& [option, name] : outputs)
+    if (!name->empty()) files.probe(*name);
+  files.throw_if_any_failed();
+  return files;
+}
+
+/// What is read before any scene.
+struct YearInputs {
+  YearSky sky;
+  SkyPatches patches;
+  double latitude = 0;
+  std::vector<std::uint8_t> occupied;
+  std::vector<std::uint32_t> state_of_hour;
+};
+
+YearInputs read_inputs(const DaylightOptions& o) {
+  const WeatherYear weather = parse_weather_year(read_input_file(o.weather), o.weather);
+  for (const std::string& note : weather.notes) inform(fmt::format("note: {}: {}", o.weather, note));
+  YearInputs out{{}, SkyPatches(static_cast<int>(o.patches)), weather.hours.front().moment.latitude, {}, {}};
+  out.sky = year_sky(weather, out.patches, o.ground);
+  if (out.sky.lit.empty()) throw Error({o.weather}, "has no hour with light");
+  if (!o.sky_matrix.empty())
+    replace_sky(out.sky, parse_matrix(read_input_file(o.sky_matrix), o.sky_matrix), o.sky_matrix);
+  const std::size_t hours = weather.hours.size();
+  if (o.schedule.empty())
+    read_command_line([&] { out.occupied = occupied_hours(o.hours, weather.hours); });
+  else
+    for (const std::uint32_t v : parse_schedule(read_input_file(o.schedule), o.schedule, hours, 1))
+      out.occupied.push_back(v != 0);
+  if (!o.shades.empty())
+    out.state_of_hour = parse_schedule(read_input_file(o.shade_schedule), o.shade_schedule, hours,
+                                       static_cast<std::uint32_t>(o.shades.size()));
+  return out;
+}
+
+/// A scene under the patches of the sky and the suns of a grid.
+struct LitScene {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Tracer> tracer;
+};
+
+LitScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs, const SunGrid& suns,
+                  std::uint64_t memory_bytes, OutputFiles& files) {
+  ImportOptions import_options;
+  import_options.budget = loading_budget(memory_bytes);
+  const std::shared_ptr<const Scene> plain =
+      lit_by_its_own(open_scene(path, import_options, o.changes.changes, &files));
+  tell_notes(*plain, path);
+  LitScene out;
+  out.scene = std::make_shared<const Scene>(scene_under_patches(*plain, inputs.patches, suns.places()));
+  out.tracer = std::make_shared<const Tracer>(*out.scene);
+  return out;
+}
+
+/// The sensors of one scene in another, whose origin may differ.
+Sensors moved(Sensors sensors, const Scene& from, const Scene& to) {
+  for (Vec3& p : sensors.position) p = narrow(from.outside(p) - Vec3d(to.origin()));
+  return sensors;
+}
+
+RenderSettings round_settings(const DaylightOptions& o, std::size_t sources, std::uint32_t round) {
+  RenderSettings s = patch_settings(sensor_settings(o.table.settings));
+  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  if (s.photons == 0) s.photons = kPhotonsOfPlace * sources;
+  s.default_gather = kGatherRays;
+  s.gather_guiding = o.table.settings.gather_guiding;
+  s.seed = hash_combine(s.seed, round);
+  s.samples = kSamplesOfRound;
+  s.noise_target = 0;
+  s.time_limit_s = 0;
+  return s;
+}
+
+/// Root mean square.
+double mean_error(const std::vector<float>& errors) {
+  const double sum = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(errors.size(), 1)));
+}
+
+struct FoundState {
+  YearState state;
+  std::vector<float> relative_error;
+};
+
+/// Finds coefficients in rounds until their error is small enough; nothing after a Ctrl-C.
+std::optional<FoundState> find_state(const DaylightOptions& o, const LitScene& lit, const Sensors& sensors,
+                                     const YearInputs& inputs, const SunGrid& suns) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto grid = coefficient_grid(sensors, o.sensors.on_surfaces());
+  const RenderSettings& asked = o.table.settings;
+  const double noise = asked.noise_target > 0 ? asked.noise_target : kNoise;
+  CoefficientMean mean(inputs.sky, suns);
+  double error = 0;
+  for (std::uint32_t round = 0; asked.samples > 0 ? round * kSamplesOfRound < asked.samples : round < kMostRounds;
+       ++round) {
+    const RenderSettings s = round_settings(o, inputs.patches.size() + suns.places().size(), round);
+    Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
+    if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
+    if (job.ending() == Ending::cancelled) return std::nullopt;
+    mean.add(coefficients_of(job, sensors.size(), suns.places().size()));
+    error = mean_error(mean.relative_error());
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    detail(fmt::format("round {}: relative error {:.3g}, {:.1f} s", round + 1, error, spent.count()));
+    if (mean.count() < 2) continue;
+    if (asked.samples == 0 && error <= noise) break;
+    if (asked.time_limit_s > 0 && spent.count() > asked.time_limit_s) break;
+  }
+  FoundState out{{mean.mean(), straight_sun(*lit.tracer, *grid, sensors.size(), inputs.sky)}, mean.relative_error()};
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", mean.count(), spent.count(), error));
+  return out;
+}
+
+RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,
+               const Scene& scene, const FoundState& bare) {
+  constexpr float kLevel = 0.02f;  // of a normal: a degree
+  RatedYear out;
+  out.limits = limits_of(o);
+  out.metrics = metrics_of(year, inputs.occupied, out.limits);
+  out.daylight_factor = share_under(bare.state.coefficients, overcast_sky(inputs.patches, o.ground));
+  out.relative_error = bare.relative_error;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    out.place.push_back(scene.to_file_axes(scene.outside(sensors.position[i])));
+    out.normal.push_back(scene.to_file_axes(sensors.normal[i]) + Vec3{0, 0, 0});
+    out.upright.push_back(std::abs(sensors.normal[i].y) < kLevel);
+  }
+  std::vector<std::uint32_t> all(sensors.size());
+  std::iota(all.begin(), all.end(), 0u);
+  out.zone_names.push_back("all");
+  out.zones.push_back(metrics_of_zone(out.metrics, all, sensors.weight, out.limits));
+  for (const std::string& text : o.boxes) {
+    const RatedBox box = parse_rated_box(text);
+    std::vector<std::uint32_t> chosen;
+    for (const std::uint32_t i : all)
+      if (box.contains(out.place[i])) chosen.push_back(i);
+    if (chosen.empty()) throw Error(fmt::format("no sensor is in --box '{}'", text));
+    out.zone_names.push_back(box.name);
+    out.zones.push_back(metrics_of_zone(out.metrics, chosen, sensors.weight, out.limits));
+  }
+  return out;
+}
+
+/// A year as a matrix of irradiance, as dctimestep writes it: times 179 it is illuminance.
+ColorMatrix matrix_of_year(const Year& year) {
+  ColorMatrix out{year.sensors, year.hours, {}};
+  for (const float lux : year.total) out.value.emplace_back(lux / kLuminousEfficacy);
+  return out;
+}
+
+void write_year(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const RatedYear& rated,
+                const DaylightCoefficients& coefficients, OutputFiles& files) {
+  const auto write = [&](const std::string& name, const auto& text) {
+    if (name.empty()) return;
+    const bool written = files.write(name, [&] { write_file(name, text()); });
+    if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
+  };
+  write(o.output, [&] {
+    return lower_ending(o.output) == ".mtx" ? matrix_text(matrix_of_year(year), o.command_line)
+                                            : year_csv(year, inputs.sky.hours, o.command_line);
+  });
+  write(o.metrics, [&] {
+    return lower_ending(o.metrics) == ".json" ? metrics_json(rated, o.command_line)
+                                              : metrics_csv(rated, o.command_line);
+  });
+  write(o.write_matrix, [&] { return matrix_text(coefficients.sky, o.command_line); });
+  write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.sky), o.command_line); });
+  files.throw_if_any_failed();
+}
+
+void check_room(const DaylightOptions& o, std::size_t sensors, const YearInputs& inputs, std::uint64_t memory_bytes) {
+  const std::size_t hours = inputs.sky.hours.size();
+  const std::uint64_t bytes = Year::bytes(sensors, hours) * (2 + o.shades.size());
+  if (bytes > memory_bytes / 2)
+    throw MemoryError(fmt::format("{} hours of {} sensors take {:.0f} MB; half of the memory budget has room for less",
+                                  hours, sensors, static_cast<double>(bytes) / 1e6),
+                      "Give a larger --memory or fewer sensors.");
+}
+
+int run_daylight(DaylightOptions& o) {
+  o.report.apply();
+  set_thread_count(o.table.settings);
+  check_options(o);
+  for (const std::string& box : o.boxes) read_command_line([&] { parse_rated_box(box); });
+  OutputFiles files = files_of(o);
+  const std::uint64_t memory_bytes =
+      o.table.settings.memory_bytes > 0 ? o.table.settings.memory_bytes : default_memory_bytes();
+  const YearInputs inputs = read_inputs(o);
+  const SunGrid suns(inputs.latitude, inputs.sky.sun, inputs.sky.beam, o.sun_step);
+  const LitScene first = open_lit(o, o.scene, inputs, suns, memory_bytes, files);
+  MemoryBudget budget(memory_bytes);
+  const Sensors sensors = make_sensors(o.sensors, *first.tracer, budget);
+  check_room(o, sensors.size(), inputs, memory_bytes);
+  inform(fmt::format("{}: {} triangles, {} sensors, {} hours with light, {} patches of the sky, {} places of the sun",
+                     first.scene->name(), first.scene->geometry().triangle_count(), sensors.size(),
+                     inputs.sky.lit.size(), o.patches, suns.places().size()));
+  catch_interrupts();
+  std::vector<FoundState> found;
+  std::vector<YearState> states;
+  for (std::size_t state = 0; state <= o.shades.size(); ++state) {
+    const LitScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, suns, memory_bytes, files);
+    std::optional<FoundState> here = find_state(o, lit, moved(sensors, *first.scene, *lit.scene), inputs, suns);
+    if (!here) return kExitSignalled + caught_interrupt();
+    states.push_back(here->state);
+    found.push_back(std::move(*here));
+  }
+  const Year year = year_of(inputs.sky, suns, states, inputs.state_of_hour);
+  const RatedYear rated = rate(o, year, inputs, sensors, *first.scene, found.front());
+  for (std::size_t i = 0; i < rated.zones.size(); ++i)
+    inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
+  write_year(o, year, inputs, rated, states.front().coefficients, files);
+  return 0;
+}
+
+constexpr const char* kDaylightFooter = R"help(
+Sky and sun of every hour follow the weather file by Perez (1990, 1993); the hour's sun
+stands in the middle of the time that it is up. Light of the sky comes by daylight
+coefficients of its patches; the sun's straight light by rays to its real places; its
+reflected light is interpolated between places --sun-step degrees apart. Illuminance is
+in lx by 179 lm/W of visible light.
+Radiance's gendaymtx spreads the sun over four patches and takes the middle of each
+patch; here patches have their mean radiance and the sun is apart. --write-matrix and
+--write-sky files suit dctimestep; their product lacks the sun.
+Metrics count occupied hours: sDA and ASE as in LM-83 (the sun without bounces, the
+scene without its shades), UDI in four bins, simplified DGP for sensors that face the
+horizon. relative_error holds the mean over hours within twice of it with a chance of
+95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%).
+A schedule has a number a line for every hour of the weather file: 1 for occupied, or
+the scene of the hour, 0 for SCENE and N for the N-th --shade.
+
+Examples:
+  glowworm daylight office.glb --epw munich.epw --points desks.pts -o year.csv
+  glowworm daylight office.glb --epw munich.epw --grid y=0.8,0.5 --metrics rooms.json
+  glowworm daylight up.glb --epw a.epw --grid y=0.8,0.5 --shade down.glb
+      --shade-schedule blinds.txt --box south,0,0,0,6,1,4 --metrics rooms.csv)help";
+
+void add_year_options(CLI::App& c, DaylightOptions& o) {
+  add_text(c, "Year", "--epw", o.weather, "FILE", "Weather file of EnergyPlus")->required();
+  add_text(c, "Year", "-o,--output", o.output, "FILE",
+           "Illuminance of every hour and sensor as .csv, or as a matrix of Radiance as .mtx; - is CSV on standard "
+           "output");
+  add_text(c, "Year", "--metrics", o.metrics, "FILE", "Metrics of sensors and zones as .csv or .json");
+  add_text(c, "Year", "--hours", o.hours, "FROM-TO", "Occupied hours of every day, standard time")
+      ->default_str(o.hours);
+  add_text(c, "Year", "--schedule", o.schedule, "FILE", "Occupied hours, in place of --hours: 0 or 1 a line");
+  c.add_option("--shade", o.shades, "The scene in another state of its shades")
+      ->allow_extra_args(false)
+      ->option_text("SCENE")
+      ->group("Year");
+  add_text(c, "Year", "--shade-schedule", o.shade_schedule, "FILE",
+           "The state of each hour: 0, or N of the N-th --shade");
+  c.add_option("--box", o.boxes, "Rate the sensors in a box together (m)")
+      ->allow_extra_args(false)
+      ->option_text("NAME,X0,Y0,Z0,X1,Y1,Z1")
+      ->group("Year");
+  c.add_option("--sky-patches", o.patches, "Patches of the sky: 145 (Tregenza) or 577 (Reinhart)")
+      ->check(CLI::IsMember({145, 577}))
+      ->take_last()
+      ->option_text("145|577 [145]")
+      ->group("Year");
+  add_number(c, "--sun-step", o.sun_step, 2, 30, "Degrees between places of the sun for its reflected light")
+      ->group("Year");
+  add_number(c, "--ground", o.ground, 0, 1, "Reflectance of the ground outside")->group("Year");
+  add_number(c, "--da-lux", o.autonomy, 1, 1e6, "Illuminance of daylight autonomy (lx)")->group("Year");
+  add_text(c, "Year", "--udi", o.useful, "LX,LX,LX", "Limits of useful daylight illuminance")->default_str(o.useful);
+  add_number(c, "--ase-lux", o.sun_lux, 1, 1e6, "Illuminance of the sun that exposes (lx)")->group("Year");
+  add_number(c, "--ase-hours", o.sun_hours, 0, 8784, "Hours from which a place is exposed")->group("Year");
+  add_number(c, "--dgps", o.glare, 0.184, 1, "Simplified DGP from which hours count as glare")->group("Year");
+  add_text(c, "Year", "--write-matrix", o.write_matrix, "FILE", "Daylight matrix of SCENE (.mtx)");
+  add_text(c, "Year", "--write-sky", o.write_sky, "FILE", "Sky matrix of the year (.smx)");
+  add_text(c, "Year", "--sky-matrix", o.sky_matrix, "FILE",
+           "Sky matrix of gendaymtx -s in place of the sky of --epw, which still gives the sun");
+}
+
+}  // namespace
+
+void add_daylight_command(CLI::App& program, const std::string& command_line, int& exit_status) {
+  auto o = std::make_shared<DaylightOptions>();
+  o->command_line = command_line;
+  CLI::App* c = program.add_subcommand("daylight", "Finds the daylight of a year at points: sDA, ASE, UDI.");
+  add_scene_argument(*c, o->scene);
+  add_sensor_options(*c, o->sensors);
+  add_year_options(*c, *o);
+  add_scene_options(*c, o->changes);
+  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_report_options(*c, false, o->report);
+  c->footer(kDaylightFooter);
+  c->callback([o, &exit_status] { exit_status = run_daylight(*o); });
+}
+
+}  // namespace glowworm

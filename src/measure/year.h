@@ -1,0 +1,100 @@
+// Daylight of a year: the skies and suns of a weather file, times what sensors get of each patch of the sky and of the
+// sun.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "control/job.h"
+#include "import/weather.h"
+#include "measure/matrix_file.h"
+#include "measure/sensors.h"
+#include "measure/sky_patches.h"
+#include "measure/sun_grid.h"
+
+namespace glowworm {
+
+/// Skies and suns of the hours of a weather file; visible light, W m^-2.
+struct YearSky {
+  std::vector<WeatherHour> hours;
+  std::vector<std::uint32_t> lit;  ///< those with light, as indices into `hours`
+  std::vector<Vec3> sun;           ///< of each of them: unit, towards the sun
+  std::vector<float> beam;         ///< of each of them: normal irradiance of the sun; 0 while it is down
+  ColorMatrix sky;                 ///< radiance of the ground and each patch (rows) in each of them, W sr^-1 m^-2
+};
+
+/// The year by perez_sky(). Each patch has the mean radiance of its part of the sky; the ground that of its reflectance
+/// times the horizontal irradiance of sky and sun over pi. The patches' horizontal irradiance is that of the sky.
+YearSky year_sky(const WeatherYear& year, const SkyPatches& patches, double ground);
+
+/// Radiance of the patches and the ground (reflectance `ground`) of the CIE overcast sky with a horizontal irradiance
+/// of 1 W m^-2.
+std::vector<float> overcast_sky(const SkyPatches& patches, double ground);
+
+/// The sky of all hours (columns), as gendaymtx -s writes it.
+ColorMatrix matrix_of_sky(const YearSky& sky);
+/// Takes the sky from such a matrix. The suns stay those of the year. Throws Error if the size differs.
+void replace_sky(YearSky& sky, const ColorMatrix& matrix, const std::string& path);
+
+/// What sensors get: a row each.
+struct DaylightCoefficients {
+  ColorMatrix sky;   ///< irradiance for a radiance of 1 of each patch
+  ColorMatrix suns;  ///< reflected and bent light of suns in the places of a grid, for a normal irradiance of 1
+};
+
+/// The sensors of a Job of coefficients: it leaves out the straight light of suns, which straight_sun() finds.
+std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool on_surfaces);
+/// Of a Job over scene_under_patches() with the places of a grid as suns. @param suns their number
+DaylightCoefficients coefficients_of(const Job& job, std::size_t sensors, std::size_t suns);
+
+/// The mean of coefficients of several independent Jobs.
+class CoefficientMean {
+ public:
+  CoefficientMean(const YearSky& sky, const SunGrid& grid);
+  void add(const DaylightCoefficients& found);
+  std::uint32_t count() const { return count_; }
+  DaylightCoefficients mean() const;
+  /// Of each sensor: standard error of the mean illuminance of an hour without the straight sun, over that illuminance,
+  /// both as root mean squares over some hours; by student_factor(), so that the truth lies within twice of it with a
+  /// chance of 95%. 0 for a single Job, and where no light is.
+  std::vector<float> relative_error() const;
+
+ private:
+  const YearSky& sky_;
+  const SunGrid& grid_;
+  std::vector<std::uint32_t> hours_;          // that errors are taken over, as indices into YearSky::lit
+  std::vector<double> sum_, sum_of_squares_;  // of illuminances: hours of a sensor
+  DaylightCoefficients total_;
+  std::uint32_t count_ = 0;
+};
+
+/// What the sun itself gives sensors in the lit hours, without any bounce: cosine times the share that passes panes,
+/// times the luminance of a normal irradiance of 1. Sensors are rows.
+std::vector<float> straight_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
+
+/// Illuminance at sensors in all hours, lx.
+struct Year {
+  std::size_t sensors = 0, hours = 0;
+  std::vector<float> total;  ///< a row of hours for each sensor
+  std::vector<float> sun;    ///< of these the light of the sun without any bounce, in the first of the states
+
+  float at(std::size_t sensor, std::size_t hour) const { return total[sensor * hours + hour]; }
+  static std::uint64_t bytes(std::size_t sensors, std::size_t hours) { return 2 * sizeof(float) * sensors * hours; }
+};
+
+/// A scene in one state of its shades.
+struct YearState {
+  DaylightCoefficients coefficients;
+  std::vector<float> sun;  ///< straight_sun()
+};
+
+/// Sums up a year. @param state_of_hour index into `states` of each hour of the file; empty: the first
+Year year_of(const YearSky& sky, const SunGrid& grid, std::span<const YearState> states,
+             std::span<const std::uint32_t> state_of_hour);
+
+/// Illuminance of each sensor under `radiance` of the patches over that on an unobstructed horizontal plane, where that
+/// is 1 W m^-2: daylight factors with overcast_sky().
+std::vector<float> share_under(const DaylightCoefficients& coefficients, std::span<const float> radiance);
+
+}  // namespace glowworm

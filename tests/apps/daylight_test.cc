@@ -1,0 +1,92 @@
+// `glowworm daylight`: a weather file in, tables out.
+#include <algorithm>
+#include <fstream>
+
+#include "apps/program.h"
+
+namespace glowworm {
+namespace {
+
+class DaylightTest : public ProgramTest {
+ protected:
+  /// Writes a floor, one sensor that faces up and one that faces the horizon, and a weather file of a day.
+  void write_inputs() const {
+    std::ofstream(path("floor.obj")) << "o floor\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
+    std::ofstream(path("a.pts")) << "0 1 0 0 1 0\n0.5 1 0 0 0 1\n";
+    std::ofstream epw(path("a.epw"));
+    epw << "LOCATION,Munich,-,DEU,TEST,108660,48.13,11.70,1.0,529.0\n";
+    for (int i = 2; i <= 7; ++i) epw << "HEADER\n";
+    epw << "DATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31\n";
+    for (int hour = 1; hour <= 24; ++hour) {
+      const bool by_day = hour > 6 && hour < 19;
+      epw << "1999,6,21," << hour << ",60,?9?9,20,10,50,95000,1000,1300,350," << (by_day ? 600 : 0) << ','
+          << (by_day ? 500 : 0) << ',' << (by_day ? 200 : 0) << ",0,0\n";
+    }
+  }
+
+  Outcome daylight(const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {"daylight",  "floor.obj", "--epw",    "a.epw", "--points",  "a.pts",
+                                      "--samples", "4",         "--gather", "64",    "--photons", "5000"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  }
+};
+
+TEST_F(DaylightTest, WritesTheYearAndItsMetrics) {
+  write_inputs();
+  const Outcome outcome = daylight({"-o", "y.csv", "--metrics", "m.json", "--box", "left,-1,0,-1,0.2,2,1",
+                                    "--write-matrix", "m.mtx", "--write-sky", "s.smx"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("has 24 hours"));
+  EXPECT_THAT(outcome.err, testing::HasSubstr("left: 1 sensors, sDA(300 lx, 50%) 100.0%"));
+  const std::string table = read(path("y.csv"));
+  EXPECT_THAT(table, testing::HasSubstr("\nmonth,day,hour,E0,E1\n"));
+  EXPECT_THAT(table, testing::HasSubstr("\n6,21,1,0,0\n"));
+  EXPECT_THAT(read(path("m.mtx")), testing::HasSubstr("NROWS=2\nNCOLS=146\n"));
+  EXPECT_THAT(read(path("s.smx")), testing::HasSubstr("NROWS=146\nNCOLS=24\n"));
+  const nlohmann::json metrics = read_json("m.json");
+  ASSERT_EQ(metrics["sensors"].size(), 2u);
+  EXPECT_EQ(metrics["sensors"][0]["DA"], 1);
+  EXPECT_EQ(metrics["sensors"][0]["sun_hours"], 10);
+  EXPECT_FALSE(metrics["sensors"][0].contains("DGPs_hours")) << "faces up";
+  EXPECT_GT(metrics["sensors"][1]["DGPs_hours"], 0.5);
+  EXPECT_NEAR(metrics["sensors"][0]["daylight_factor"], 1, 0.05);
+  ASSERT_EQ(metrics["zones"].size(), 2u);
+  EXPECT_EQ(metrics["zones"][0]["ASE"], 0) << "ten hours are few";
+  // The sky that it wrote gives the same year.
+  ASSERT_EQ(daylight({"-o", "z.csv", "--sky-matrix", "s.smx"}).status, 0);
+  const std::string again = read(path("z.csv"));
+  EXPECT_EQ(again.substr(again.find("\nmonth")).substr(0, 300), table.substr(table.find("\nmonth")).substr(0, 300));
+}
+
+TEST_F(DaylightTest, TakesShadesBySchedule) {
+  write_inputs();
+  std::ofstream(path("roof.obj")) << "o floor\nv -9 1.2 -9\nv -9 1.2 9\nv 9 1.2 9\nv 9 1.2 -9\nf 1 2 3 4\n";
+  std::ofstream schedule(path("s.txt"));
+  for (int hour = 1; hour <= 24; ++hour) schedule << (hour == 12 ? 1 : 0) << '\n';
+  schedule.close();
+  const Outcome outcome = daylight({"-o", "y.csv", "--shade", "roof.obj", "--shade-schedule", "s.txt"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string table = read(path("y.csv"));
+  const auto lux = [&](const std::string& hour) {
+    const std::string row = "\n6,21," + hour + ",";
+    return std::stod(table.substr(table.find(row) + row.size()));
+  };
+  EXPECT_LT(lux("12"), 0.2 * lux("11"));
+  EXPECT_GT(lux("13"), 0.8 * lux("11"));
+}
+
+TEST_F(DaylightTest, RefusesWhatDoesNotFit) {
+  write_inputs();
+  EXPECT_TRUE(refused(daylight({}), {"no output"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.txt"}), {"y.txt", ".csv"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--hours", "18-8"}), {"18-8"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--udi", "300,100,3000"}), {"--udi"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--shade", "floor.obj"}), {"--shade-schedule"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--box", "a,1,2"}), {"--box"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "a.epw.csv", "--schedule", "a.pts"}), {"a.pts"}));
+  EXPECT_FALSE(std::filesystem::exists(path("y.csv")));
+}
+
+}  // namespace
+}  // namespace glowworm

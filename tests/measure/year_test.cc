@@ -1,0 +1,216 @@
+// A year of daylight against the weather file, against renders of single hours, and by hand.
+#include "measure/year.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "control/job.h"
+#include "core/error.h"
+#include "measure/measurement.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+constexpr double kGround = 0.2, kLatitude = 48;
+
+/// Every third hour of a day in every second month, clear and overcast in turn.
+WeatherYear some_hours() {
+  WeatherYear out;
+  for (int month = 1; month <= 12; month += 2)
+    for (int hour = 1; hour <= 24; hour += 3) {
+      WeatherHour h;
+      h.moment = {month, 21, hour - 0.5, kLatitude, 0, 0};
+      h.hour = hour;
+      const double altitude = sun_place(h.moment).altitude;
+      if (altitude > 0) h.irradiance = {month % 4 == 1 ? 800 * std::sin(altitude * M_PI / 180) : 0, 100.0 + month};
+      out.hours.push_back(h);
+    }
+  return out;
+}
+
+/// What a sensor gets of the sky of an hour, times the luminous efficacy: lx.
+double horizontal_lux(const WeatherHour& hour) {
+  const std::optional<PerezSky> sky = perez_sky(hour.moment, hour.irradiance);
+  return sky ? kLuminousEfficacy * sky->horizontal() : 0;
+}
+
+RenderSettings quick() {
+  RenderSettings s;
+  s.samples = 8;
+  s.gather = 256;
+  s.photons = 100'000;
+  s.guiding = false;
+  s.filter = Filtering::off;
+  return s;
+}
+
+struct Model {
+  YearSky sky;
+  SkyPatches patches;
+  SunGrid grid;
+
+  explicit Model(const WeatherYear& year, int count = 145, double step = 7.5)
+      : sky(year_sky(year, SkyPatches(count), kGround)),
+        patches(count),
+        grid(year.hours.front().moment.latitude, sky.sun, sky.beam, step) {}
+
+  YearState state_of(const SceneDescription& d, const Sensors& sensors, std::uint32_t seed = 0) const {
+    const auto scene = std::make_shared<const Scene>(scene_under_patches(Scene(d), patches, grid.places()));
+    const auto tracer = std::make_shared<const Tracer>(*scene);
+    const auto points = coefficient_grid(sensors, false);
+    RenderSettings s = patch_settings(quick());
+    s.seed = seed;
+    Job job(scene, tracer, s, nullptr, 0, points);
+    job.wait();
+    return {coefficients_of(job, sensors.size(), grid.places().size()),
+            straight_sun(*tracer, *points, sensors.size(), sky)};
+  }
+};
+
+/// Ground of reflectance 0.5, 4 m x 4 m.
+SceneDescription ground_alone() {
+  SceneDescription d;
+  d.materials.resize(1);
+  add_quad(d, {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+  return d;
+}
+
+/// With a wall of 2 m in the north.
+SceneDescription ground_and_wall() {
+  SceneDescription d = ground_alone();
+  add_quad(d, {-2, 0, -2}, {4, 0, 0}, {0, 2, 0});
+  return d;
+}
+
+TEST(YearSky, KeepsTheHorizontalIrradiance) {
+  const WeatherYear year = some_hours();
+  for (const int count : {145, 577}) {
+    const SkyPatches patches(count);
+    const YearSky sky = year_sky(year, patches, kGround);
+    std::vector<double> projected(patches.size());
+    for (const SkyPatches::Piece& piece : patches.pieces(3)) projected[piece.patch] += piece.projected;
+    double whole = 0;
+    for (const double p : projected) whole += p;
+    EXPECT_NEAR(whole, M_PI, 1e-6);
+    ASSERT_GT(sky.lit.size(), 20u);
+    for (std::size_t i = 0; i < sky.lit.size(); ++i) {
+      double e = 0;
+      for (std::size_t patch = 1; patch < patches.size(); ++patch) e += sky.sky.at(patch, i).g * projected[patch];
+      const WeatherHour& hour = sky.hours[sky.lit[i]];
+      EXPECT_NEAR(e, perez_sky(hour.moment, hour.irradiance)->diffuse, 1e-4 * e);
+      EXPECT_NEAR(sky.sky.at(0, i).g, kGround * horizontal_lux(hour) / kLuminousEfficacy / M_PI, 1e-3);
+    }
+  }
+}
+
+TEST(YearSky, IsExchangedWithRadiance) {
+  const WeatherYear year = some_hours();
+  YearSky sky = year_sky(year, SkyPatches(145), kGround);
+  const YearSky before = sky;
+  ColorMatrix matrix = matrix_of_sky(sky);
+  EXPECT_EQ(matrix.columns, year.hours.size());
+  EXPECT_EQ(matrix.at(5, 0).r, 0) << "night";
+  for (RGB& v : matrix.value) v *= 2;
+  replace_sky(sky, matrix, "a.smx");
+  EXPECT_EQ(sky.sky.at(7, 3).g, 2 * before.sky.at(7, 3).g);
+  matrix.columns -= 1;
+  EXPECT_THROW(replace_sky(sky, matrix, "a.smx"), Error);
+}
+
+TEST(Year, OfAnOpenSensorIsTheHorizontalIlluminance) {
+  Sensors sensors;
+  sensors.add({0, 0.5f, 0}, {0, 1, 0});
+  const WeatherYear weather = some_hours();
+  const Model model(weather);
+  const YearState state = model.state_of(ground_alone(), sensors);
+  const Year year = year_of(model.sky, model.grid, std::span(&state, 1), {});
+  double sum = 0, expected = 0;
+  for (std::size_t hour = 0; hour < year.hours; ++hour) {
+    const double lux = horizontal_lux(weather.hours[hour]);
+    EXPECT_NEAR(year.at(0, hour), lux, 0.02 * lux) << hour;
+    sum += year.at(0, hour), expected += lux;
+  }
+  EXPECT_NEAR(sum, expected, 0.01 * expected);
+  EXPECT_NEAR(share_under(state.coefficients, overcast_sky(model.patches, kGround))[0], 1, 0.01);
+}
+
+TEST(Year, OfSingleHoursIsWhatRendersOfThemMeasure) {
+  SceneDescription d = ground_and_wall();
+  Sensors sensors;
+  sensors.add({0, 0.5f, -1}, {0, 1, 0});
+  sensors.add({1, 0.5f, -1}, normalize({0.2f, 0, -1}));
+  sensors.add({0, 0.5f, 0}, {0, -1, 0});
+  WeatherYear weather;
+  for (const auto& [month, hour, direct] :
+       {std::tuple{6, 10, 700.0}, std::tuple{3, 15, 500.0}, std::tuple{9, 12, 0.0}}) {
+    WeatherHour h;
+    h.moment = {month, 21, hour - 0.5, kLatitude, 0, 0};
+    h.hour = hour;
+    h.irradiance = {direct, 150};
+    weather.hours.push_back(h);
+  }
+  const Model model(weather);
+  const YearState state = model.state_of(d, sensors);
+  const Year year = year_of(model.sky, model.grid, std::span(&state, 1), {});
+  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false));
+  for (std::size_t hour = 0; hour < 3; ++hour) {
+    SceneDescription lit = d;
+    add_perez_sky(weather.hours[hour].moment, weather.hours[hour].irradiance, kGround, lit);
+    const auto scene = std::make_shared<const Scene>(std::move(lit));
+    RenderSettings one = sensor_settings(quick());
+    one.samples = 4;
+    Job job(scene, std::make_shared<const Tracer>(*scene), one, nullptr, sensor_time(), grid);
+    job.wait();
+    const Measurement m = measurement_of(sensors, job.film(), *scene);
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      const double lux = illuminance(m.irradiance[i]);
+      EXPECT_NEAR(year.at(i, hour), lux, (0.03 + 2 * m.relative_error[i]) * lux) << hour << ' ' << i;
+    }
+  }
+  EXPECT_GT(year.sun[0], 0.5f * year.at(0, 0)) << "the sun alone";
+  EXPECT_EQ(year.sun[2 * year.hours], 0) << "from above";
+}
+
+TEST(Year, FollowsTheScheduleOfShades) {
+  SceneDescription roofed = ground_alone();
+  add_quad(roofed, {-9, 2, -9}, {18, 0, 0}, {0, 0, 18});
+  Sensors sensors;
+  sensors.add({0, 1.9f, 0}, {0, 1, 0});
+  WeatherYear weather = some_hours();
+  const Model model(weather, 145, 20);
+  const YearState states[2] = {model.state_of(ground_alone(), sensors), model.state_of(roofed, sensors)};
+  std::vector<std::uint32_t> schedule(weather.hours.size());
+  for (std::size_t i = 0; i < schedule.size(); ++i) schedule[i] = i % 2;
+  const Year year = year_of(model.sky, model.grid, states, schedule);
+  for (std::size_t hour = 0; hour < year.hours; ++hour) {
+    const double open = horizontal_lux(weather.hours[hour]);
+    EXPECT_NEAR(year.at(0, hour), hour % 2 == 0 ? open : 0.06 * open, 0.03 * open) << hour;
+    const std::optional<PerezSky> sky = perez_sky(weather.hours[hour].moment, weather.hours[hour].irradiance);
+    const double sun = sky ? kLuminousEfficacy * sky->direct * sky->shape.sun.y : 0;
+    EXPECT_NEAR(year.sun[hour], sun, 1e-3 * sun) << "that of the first state";
+  }
+}
+
+TEST(CoefficientMean, KnowsTheSpreadOfItsParts) {
+  const WeatherYear weather = some_hours();
+  const Model model(weather, 145, 30);
+  CoefficientMean mean(model.sky, model.grid);
+  DaylightCoefficients one;
+  one.sky = {2, 146, std::vector<RGB>(2 * 146, RGB(1.0f))};
+  one.suns = {2, model.grid.places().size(), std::vector<RGB>(2 * model.grid.places().size())};
+  mean.add(one);
+  EXPECT_EQ(mean.relative_error()[0], 0);
+  DaylightCoefficients other = one;
+  for (std::size_t patch = 0; patch < 146; ++patch) other.sky.value[patch] = RGB(3.0f);
+  mean.add(other);
+  // Two values, 1 and 3, have the mean 2 and the standard error 1.
+  EXPECT_NEAR(mean.relative_error()[0], 0.5 * student_factor(1), 1e-3);
+  EXPECT_NEAR(mean.relative_error()[1], 0, 1e-3);
+  EXPECT_EQ(mean.mean().sky.at(0, 9).g, 2);
+}
+
+}  // namespace
+}  // namespace glowworm
