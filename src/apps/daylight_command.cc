@@ -344,7 +344,7 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
            "output");
   add_text(c, "Year", "--metrics", o.metrics, "FILE", "Metrics of sensors and zones as .csv or .json");
   add_text(c, "Year", "--hours", o.hours, "FROM-TO", "Occupied hours of every day, standard time")
-      ->default_str(o.hours);
+      ->option_text("FROM-TO [" + o.hours + "]");
   add_text(c, "Year", "--schedule", o.schedule, "FILE", "Occupied hours, in place of --hours: 0 or 1 a line");
   c.add_option("--shade", o.shades, "The scene in another state of its shades")
       ->allow_extra_args(false)
@@ -362,13 +362,25 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
       ->option_text("145|577 [145]")
       ->group("Year");
   add_number(c, "--sun-step", o.sun_step, 2, 30, "Degrees between places of the sun for its reflected light")
+      ->option_text(fmt::format("DEGREES [{}]", o.sun_step))
       ->group("Year");
-  add_number(c, "--ground", o.ground, 0, 1, "Reflectance of the ground outside")->group("Year");
-  add_number(c, "--da-lux", o.autonomy, 1, 1e6, "Illuminance of daylight autonomy (lx)")->group("Year");
-  add_text(c, "Year", "--udi", o.useful, "LX,LX,LX", "Limits of useful daylight illuminance")->default_str(o.useful);
-  add_number(c, "--ase-lux", o.sun_lux, 1, 1e6, "Illuminance of the sun that exposes (lx)")->group("Year");
-  add_number(c, "--ase-hours", o.sun_hours, 0, 8784, "Hours from which a place is exposed")->group("Year");
-  add_number(c, "--dgps", o.glare, 0.184, 1, "Simplified DGP from which hours count as glare")->group("Year");
+  add_number(c, "--ground", o.ground, 0, 1, "Reflectance of the ground outside")
+      ->option_text(fmt::format("SHARE [{}]", o.ground))
+      ->group("Year");
+  add_number(c, "--da-lux", o.autonomy, 1, 1e6, "Illuminance of daylight autonomy (lx)")
+      ->option_text(fmt::format("LX [{}]", o.autonomy))
+      ->group("Year");
+  add_text(c, "Year", "--udi", o.useful, "LX,LX,LX", "Limits of useful daylight illuminance")
+      ->option_text("LX,LX,LX [" + o.useful + "]");
+  add_number(c, "--ase-lux", o.sun_lux, 1, 1e6, "Illuminance of the sun that exposes (lx)")
+      ->option_text(fmt::format("LX [{}]", o.sun_lux))
+      ->group("Year");
+  add_number(c, "--ase-hours", o.sun_hours, 0, 8784, "Hours from which a place is exposed")
+      ->option_text(fmt::format("HOURS [{}]", o.sun_hours))
+      ->group("Year");
+  add_number(c, "--dgps", o.glare, 0.184, 1, "Simplified DGP from which hours count as glare")
+      ->option_text(fmt::format("DGPS [{}]", o.glare))
+      ->group("Year");
   add_text(c, "Year", "--write-matrix", o.write_matrix, "FILE", "Daylight matrix of SCENE (.mtx)");
   add_text(c, "Year", "--write-sky", o.write_sky, "FILE", "Sky matrix of the year (.smx)");
   add_text(c, "Year", "--sky-matrix", o.sky_matrix, "FILE",

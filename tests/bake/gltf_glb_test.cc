@@ -163,7 +163,7 @@ class BakedGltf : public GltfTest {
     ImportOptions options;
     options.light_uvs = true;
     options.gltf_parts = std::make_shared<GltfParts>();
-    const auto scene = std::make_shared<const Scene>(load_scene(source, options));
+    const auto scene = without_instances(std::make_shared<const Scene>(load_scene(source, options)));
     const auto tracer = std::make_shared<const Tracer>(*scene);
     scene_notes = scene->notes();
     Outcome out{lay_out(scene, tracer, request), {}, scene->geometry().triangle_count()};
