@@ -565,7 +565,7 @@ TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
   EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity = RGB(1e31f); }), HasSubstr("is brighter than 1e+30"));
   EXPECT_THAT(refusal_of([](D& d) { d.lights[0].intensity.g = INFINITY; }), HasSubstr("not finite: (1, inf, 1)"));
   EXPECT_THAT(refusal_of([](D& d) {
-                d.emissions.push_back({"tube", {RGB(-1.0f)}, false});
+                d.emissions.push_back({"tube", {RGB(-1.0f)}, false, nullptr});
               }),
               HasSubstr("emission \"tube\" is negative"));
   EXPECT_THAT(refusal_of([](D& d) {
@@ -588,7 +588,7 @@ TEST(SceneChecks, LightsAreWithinTheRangeOfPictures) {
   const auto refusal_of_tube = [](float radiance) {
     return refusal_of([&](SceneDescription& d) {
       d.lights.clear();
-      d.emissions.push_back({"tube", {RGB(radiance)}, false});
+      d.emissions.push_back({"tube", {RGB(radiance)}, false, nullptr});
       d.geometry.emission.assign(d.geometry.triangles.size(), 0);
     });
   };
