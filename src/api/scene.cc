@@ -104,7 +104,13 @@ Scene Scene::load(const std::string& path, const LoadOptions& options) {
   reading.gltf_parts = std::make_shared<GltfParts>();
   reading.outside_files = std::make_shared<std::vector<std::string>>();
   SceneDescription description = load_scene(path, reading);
+  const std::size_t own = description.geometry.triangles.size();
   change_scene(description, changes, reading.budget);
+  // Triangles that were added, as of luminous openings, come before those of instances.
+  if (!description.geometry.instances.empty())
+    for (GltfPart& part : reading.gltf_parts->parts)
+      if (part.first_triangle >= own)
+        part.first_triangle += static_cast<std::uint32_t>(description.geometry.triangles.size() - own);
   return Scene(
       std::make_shared<const Implementation>(std::move(description), reading.gltf_parts, *reading.outside_files));
 }

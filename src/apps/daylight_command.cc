@@ -83,8 +83,11 @@ void check_options(const DaylightOptions& o) {
     throw CommandLineError(fmt::format("'{}' does not end in .csv or .json", o.metrics));
   if (o.shades.empty() != o.shade_schedule.empty())
     throw CommandLineError("--shade and --shade-schedule are given together or not at all");
-  if (o.table.settings.samples == 1)
-    throw CommandLineError("--samples 1 leaves the error unknown", "Give two rounds or more.");
+  if (o.table.settings.integrator != Integrator::gather)
+    throw CommandLineError("daylight takes no --integrator but gather", "Leave it out.");
+  if (o.table.settings.samples > 0 && o.table.settings.samples <= kSamplesOfRound)
+    throw CommandLineError(fmt::format("--samples {} leaves the error unknown", o.table.settings.samples),
+                           fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
   limits_of(o);
 }
 

@@ -254,6 +254,8 @@ int render_moments(RenderOptions o, Opened& shown, Sequence& sequence, std::uint
     // The errors of photons of several moments average.
     if (i == 0 && goes_on && each[i].photon_stream > 0) *maps->photon_variance /= static_cast<double>(rendered.size());
   }
+  // The mean over the moments of this frame is not the variance of the next.
+  if (maps && rendered.size() > 1 && each.front().photon_stream > 0) maps->photon_variance.reset();
   return 0;
 }
 

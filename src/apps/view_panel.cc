@@ -180,7 +180,7 @@ void draw_files(ViewModel& model) {
   if (ImGui::Button("save image (.exr .png)")) model.save(model.save_path);
   if (ImGui::Button("copy render command")) {
     std::vector<std::string> options = scene_options(model.options, model.scene->path);
-    if (model.scene->length > 0) options.insert(options.end(), {"--at", fmt::format("{:.4g}", model.state.seconds)});
+    if (model.scene->length > 0) options.insert(options.end(), {"--at", fmt::format("{}", model.state.seconds)});
     ImGui::SetClipboardText(
         render_command_text(model.scene->path, *model.scene->scene, model.scene->lights, model.state, options).c_str());
   }

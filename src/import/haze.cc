@@ -22,7 +22,7 @@ float length_of_text(const char* option, const std::string& text) {
 void add_haze(SceneDescription& scene, float visibility) {
   // Fine droplets absorb little, and scatter forwards.
   constexpr float kContrast = 3.912f, kAlbedo = 0.98f, kMeanCosine = 0.7f, kMargin = 0.02f;
-  if (scene.geometry.triangles.empty()) return;
+  if (scene.geometry.triangle_count() == 0) return;
   if (scene.ambient_medium != kNone)
     scene.notes.push_back(
         fmt::format("--haze replaces the medium \"{}\" around the scene", scene.media[scene.ambient_medium].name));

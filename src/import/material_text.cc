@@ -84,7 +84,8 @@ PaneOptics pane_of_data_sheet(double tau, double rho) {
   const double b = tau * tau - rho * rho + 2 * rho + 1;
   const double r = (b - std::sqrt(std::max(b * b - 4 * (2 - rho) * rho, 0.0))) / (2 * (2 - rho));
   PaneOptics out;
-  out.ior = (1 + std::sqrt(r)) / (1 - std::sqrt(r));
+  const double face = std::min(std::sqrt(r), 0.9999);  // a perfect mirror has no index
+  out.ior = (1 + face) / (1 - face);
   out.transmittance = r * tau > 0 ? std::clamp((rho - r) / (r * tau), 0.0, 1.0) : tau;
   return out;
 }

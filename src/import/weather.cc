@@ -138,8 +138,9 @@ class WeatherRecords {
   /// Adds the energy that arrived in the record's part of the hour.
   void add_to(SolarIrradiance& sum) const {
     const double direct = lines_.number(14), diffuse = lines_.number(15);
-    if (!(direct < kMissing && diffuse < kMissing))
-      throw Error(lines_.place(), "the irradiance of this hour is missing", "Give another hour, or fill the gap.");
+    if (!(direct >= 0 && direct < kMissing && diffuse >= 0 && diffuse < kMissing))
+      throw Error(lines_.place(), "the irradiance of this hour is missing or negative",
+                  "Give another hour, or fill the gap.");
     sum.direct_normal += direct;
     sum.diffuse_horizontal += diffuse;
   }
@@ -148,7 +149,6 @@ class WeatherRecords {
     const double value = lines_.number(13);
     return value < kMissing ? value : HUGE_VAL;
   }
-  FilePlace place() const { return lines_.place(); }
 
  private:
   static constexpr double kMissing = 9999;
@@ -235,11 +235,10 @@ WeatherYear parse_weather_year(std::string_view text, const std::string& path) {
   YearDoubts doubts;
   while (records.next()) {
     WeatherHour hour = records.hour();
-    const FilePlace place = records.place();
     double global = 0;
     for (int found = 0; found < records.each(); ++found) {
       if (found > 0 && (!records.next() || !records.is_of(hour.moment.month, hour.moment.day, hour.hour)))
-        refuse_gap(place, hour, records.each(), found);
+        refuse_gap({path, WeatherRecords::kHeader}, hour, records.each(), found);
       records.add_to(hour.irradiance);
       global += records.global();
     }

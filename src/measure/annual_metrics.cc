@@ -100,8 +100,9 @@ std::vector<std::uint32_t> parse_schedule(std::string_view text, const std::stri
     if (line.empty() || line.front() == '#') continue;
     std::string_view word = line.substr(std::min(line.find_last_of(", \t;") + 1, line.size()));
     double value = 0;
-    if (!take_number(word, value) || !word.empty() || !(value >= 0 && value <= most) || value != std::floor(value)) {
-      if (number == 1) continue;
+    const bool is_number = take_number(word, value) && word.empty();
+    if (!is_number && number == 1) continue;  // a heading
+    if (!is_number || !(value >= 0 && value <= most) || value != std::floor(value)) {
       throw Error({path, number},
                   fmt::format("'{}' does not end in a whole number from 0 to {}", line.substr(0, 60), most),
                   "Give one a line, for each hour of the weather file.");

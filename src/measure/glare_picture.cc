@@ -55,6 +55,9 @@ GlarePicture glare_picture_of(const Image& image, const RadianceView& view) {
   if (view.kind != CameraKind::fisheye && view.kind != CameraKind::hemispherical)
     throw Error("glare is rated in fisheye pictures, and the view is none",
                 "Render it with -vta (equidistant) or -vth (hemispherical), with -vh 180 -vv 180.");
+  for (const double angle : {view.horizontal, view.vertical})
+    if (!(angle >= 1 && angle <= 360))
+      throw Error(fmt::format("the view of the picture has an angle of {:g} degrees", angle), kViewRemedy);
   GlarePicture out;
   out.kind = view.kind;
   out.width = image.width();
@@ -65,7 +68,11 @@ GlarePicture glare_picture_of(const Image& image, const RadianceView& view) {
   const float scale = white == image.metadata.end() ? 0 : std::strtof(white->second.c_str(), nullptr);
   const float efficacy = scale > 0 ? scale : kLuminousEfficacy;
   out.luminance.reserve(image.pixel_count());
-  for (const RGB& pixel : image.rgb()) out.luminance.push_back(efficacy * luminance(pixel));
+  for (const RGB& pixel : image.rgb()) {
+    out.luminance.push_back(efficacy * luminance(pixel));
+    if (!std::isfinite(out.luminance.back()))
+      throw Error("the picture has pixels that are not finite", "Glare needs the luminance of every pixel.");
+  }
   return out;
 }
 

@@ -253,10 +253,13 @@ ZoneFigures zone_figures(const Zone& zone, const Measurement& m, const Tracer& t
   out.mean = sum / weights;
   out.error = sum > 0 ? errors / sum : 0;
   const Scene& scene = tracer.scene();
+  std::size_t seen = 0;
   for (std::size_t e = 0; e < zone.eyes; ++e)
     for (std::size_t k = 0; k < kEyeDirections; ++k) {
       const std::size_t i = zone.first_eye + e * kEyeDirections + k;
-      out.cylindrical += lux(m, i) / static_cast<double>(zone.eyes * kEyeDirections);
+      if (!(m.sensors.weight[i] > 0)) continue;  // inside of an object
+      out.cylindrical += lux(m, i);
+      ++seen;
       if (k % 2 != 0) continue;
       const Vec3 eye = scene.from_file_axes(m.sensors.position[i]), view = scene.from_file_axes(m.sensors.normal[i]);
       const std::vector<GlareSource> lamps = lamps_in_view(tracer, eye, view);
@@ -270,6 +273,7 @@ ZoneFigures zone_figures(const Zone& zone, const Measurement& m, const Tracer& t
       out.ugr_eye = eye;
       out.ugr_view = view;
     }
+  if (seen > 0) out.cylindrical /= static_cast<double>(seen);
   return out;
 }
 

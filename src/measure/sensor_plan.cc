@@ -159,6 +159,11 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
     return by_paths("paths, because all of them cost no more than a few photon maps");
   paths = pilot_paths(kComparedPaths);
   const Pilot gathered = stage.run(gather);
+  if (!(gathered.mean > 0)) {
+    if (paths.mean > 0) return by_paths("paths, because no photon of the pilot brought light");
+    gather.samples = asked_or(asked, 1, kLeastPasses);
+    return {gather, "photons, because no pilot found light", seconds};
+  }
   const double seen = kSeenErrors * std::hypot(paths.error * paths.mean, gathered.error * gathered.mean);
   if (paths.mean > 0 && std::abs(gathered.mean - paths.mean) > seen)
     return by_paths(fmt::format("paths, because photons bring {:.2g} times their light", gathered.mean / paths.mean));

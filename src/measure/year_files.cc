@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/json_text.h"
 #include "core/text.h"
 #include "measure/measurement.h"
 
@@ -133,7 +134,7 @@ std::string metrics_json(const RatedYear& r, const std::string& about) {
     if (r.upright[i]) sensor["DGPs_hours"] = r.metrics[i].glare;
     out["sensors"].push_back(sensor);
   }
-  return out.dump(1) + "\n";
+  return json_text(out, 1) + "\n";
 }
 
 }  // namespace glowworm

@@ -141,10 +141,12 @@ Session::Change Session::compare(const ViewState& state) const {
 }
 
 void Session::show_moment(const ViewState& state) {
-  base_ = moments_.at(state.seconds);
+  std::shared_ptr<const Scene> base = moments_.at(state.seconds);
+  LightRig rig(base);
+  tracer_ = std::make_unique<Tracer>(*base);  // the last that may throw
+  rig_ = std::move(rig);
+  base_ = std::move(base);
   moments_.seconds = state.seconds;
-  rig_ = LightRig(base_);
-  tracer_ = std::make_unique<Tracer>(*base_);
   movable_ = false;
   state_.lights.assign(rig_.lights().size(), {});
   set_lights(state);

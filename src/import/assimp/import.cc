@@ -211,7 +211,7 @@ SceneDescription build_assimp_scene(std::string_view bytes, const std::string& p
   for (const std::string& name : scene.files) record_input_file(name);
   NoteCounter notes;
   SceneDescription description = ForeignBuilder(scene, path, options, notes, origin).build();
-  if (description.geometry.triangles.empty()) {
+  if (description.geometry.triangle_count() == 0) {
     throw Error({path}, "has no triangles that can be shown", "Export meshes, not curves or points.");
   }
   notes.write_to(description.notes);

@@ -538,7 +538,7 @@ SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOpti
                                   CoordinateOrigin& origin) {
   if (options.gltf_parts) *options.gltf_parts = {document.path, {}, {}};
   SceneDescription description = GltfBuilder(document, options, origin).build();
-  if (description.geometry.triangles.empty()) {
+  if (description.geometry.triangle_count() == 0) {
     throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");
   }
   return description;

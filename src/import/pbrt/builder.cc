@@ -517,6 +517,7 @@ void PbrtBuilder::State::add_motion() {
   if (context.seconds == 0 && (!motion || (motion->is_still && motion->slice_count() == 0)))
     diagnostics().note(*first, "motion: the first moment is shown; --at shows another, --shutter its blur");
   if (!motion || !moving_camera || context.scene.cameras.empty()) return;
+  if (motion->is_still && motion->slice_count() == 0) return;
   for (const FrameMoment moment : motion->moments()) {
     Camera camera = context.scene.cameras.front();
     const TransformDouble to_world = transform_between(camera_to_world, camera_first_time, camera_last_time,

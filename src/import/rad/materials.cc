@@ -238,6 +238,7 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
   if (type->treatment == Treatment::mixture || p.type == "illum")
     for (const std::string& word : p.words)
       if (const auto known = by_name_.find(word); known != by_name_.end()) parts += fmt::format(" {}", known->second);
+  if (type->treatment == Treatment::measured) parts += " " + p.place.file;  // its file is looked for beside that
   const std::string text = fmt::format("{} {} {}\n{}\n{}{}{}", below, p.type, p.name, fmt::join(p.words, "\n"),
                                        fmt::join(p.numbers, " "), turned, parts);
   const auto next = static_cast<std::uint32_t>(modifiers_.size());

@@ -18,7 +18,7 @@ namespace {
 using Words = std::vector<std::string>;
 
 /// Levels of -a and -f within one command.
-constexpr int kMostNested = 64;
+constexpr int kMostNested = 8;
 
 TransformDouble turn_about(int axis, double degrees) {
   const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
@@ -116,10 +116,11 @@ class CopyReader {
 class Copies {
  public:
   Copies(const FilePlace& place, const std::function<std::string(const std::string&)>& read_file,
-         const std::function<void(const RadPlacement&, const Words&)>& visit)
-      : place_(place), read_file_(read_file), visit_(visit) {}
+         const std::function<void()>& count, const std::function<void(const RadPlacement&, const Words&)>& visit)
+      : place_(place), read_file_(read_file), count_(count), visit_(visit) {}
 
   void expand(const Words& words, int level) {
+    count_();
     if (level > kMostNested) throw Error(place_, "xform nests its -a and -f too deeply");
     const auto found =
         std::find_if(words.begin(), words.end(), [](const std::string& w) { return w == "-a" || w == "-f"; });
@@ -162,6 +163,7 @@ class Copies {
 
   const FilePlace& place_;
   const std::function<std::string(const std::string&)>& read_file_;
+  const std::function<void()>& count_;
   const std::function<void(const RadPlacement&, const Words&)>& visit_;
 };
 
@@ -262,8 +264,9 @@ RadPlacement operator*(const RadPlacement& outer, const RadPlacement& inner) {
 
 void for_each_rad_copy(const Words& words, const FilePlace& place,
                        const std::function<std::string(const std::string& name)>& read_file,
+                       const std::function<void()>& count,
                        const std::function<void(const RadPlacement&, const Words&)>& visit) {
-  Copies(place, read_file, visit).expand(words, 0);
+  Copies(place, read_file, count, visit).expand(words, 0);
 }
 
 std::string rad_box(const Words& words, const FilePlace& place) {

@@ -25,9 +25,10 @@ RadPlacement operator*(const RadPlacement& outer, const RadPlacement& inner);
 /// -mx, -my, -mz, -i, arrays by -a, and lines of a file of arguments by -f. Throws Error for other options.
 /// @param words of the command, without "xform"
 /// @param read_file the text of a file of arguments
+/// @param count     called for each step of the work, which may throw where there are too many
 void for_each_rad_copy(
     const std::vector<std::string>& words, const FilePlace& place,
-    const std::function<std::string(const std::string& name)>& read_file,
+    const std::function<std::string(const std::string& name)>& read_file, const std::function<void()>& count,
     const std::function<void(const RadPlacement& placement, const std::vector<std::string>& files)>& visit);
 
 /// The polygons, cylinders and spheres of a box as genbox(1) describes them, as a text. Throws Error as genbox does.

@@ -26,7 +26,7 @@ namespace {
 
 /// Copies that commands may ask for: far above those of real scenes, and few enough to end.
 constexpr std::size_t kMostCopies = 10'000'000;
-constexpr std::size_t kMostLevels = 128;  ///< of files that include files
+constexpr std::size_t kMostLevels = 32;  ///< of files that include files
 
 /// The part of the sky that a source covers.
 struct RadSkyPart {
@@ -80,10 +80,8 @@ class RadReader {
     const std::vector<std::string> words(stages[count - 1].begin() + 1, stages[count - 1].end());
     if (name == "xform") {
       for_each_rad_copy(
-          words, place, [&](const std::string& file) { return text_of(file, place).text; },
+          words, place, [&](const std::string& file) { return text_of(file, place).text; }, [&] { count_copy(place); },
           [&](const RadPlacement& copy, const std::vector<std::string>& files) {
-            if (++copies_ > kMostCopies)
-              throw Error(place, fmt::format("the file asks for more than {} copies", kMostCopies));
             if (!files.empty()) return include(files, place, placement * copy);
             if (count == 1) throw Error(place, "xform names no file", "Write: !xform -t 1 0 0 part.rad");
             run_command(stages, count - 1, command, place, placement * copy);
@@ -119,6 +117,7 @@ class RadReader {
   void include(const std::vector<std::string>& names, const FilePlace& place, const RadPlacement& placement) {
     for (const std::string& name : names) {
       const TextFile& file = text_of(name, place);
+      count_copy(place);
       if (std::find(files_.begin(), files_.end(), file.name) != files_.end())
         throw Error(place, fmt::format("'{}' includes itself", name), "Remove one of the !xform lines.");
       if (files_.size() > kMostLevels) throw Error(place, "files include one another too deeply");
@@ -177,7 +176,14 @@ class RadReader {
     light.direction = along;
     light.intensity = radiance * across;
     light.cos_inner = light.cos_outer = spot.cosine;
+    triangles_.grow(sizeof(Light) + light.name.size());
     description_.lights.push_back(light);
+  }
+
+  /// Counts a copy, an included file or a step of an array.
+  void count_copy(const FilePlace& place) {
+    if (++copies_ > kMostCopies) throw Error(place, fmt::format("the file asks for more than {} copies", kMostCopies));
+    if (copies_ % 1024 == 0) check_cancelled();
   }
 
   void add_source(const RadPrimitive& p, const RadPlacement& placement) {
@@ -200,6 +206,7 @@ class RadReader {
     sun.direction = -towards;
     const double sine = std::sin(angle / 2 * M_PI / 180);
     sun.intensity = modifier.radiance * static_cast<float>(M_PI * sine * sine);
+    triangles_.grow(sizeof(Light) + sun.name.size());
     description_.lights.push_back(sun);
   }
 

@@ -118,7 +118,7 @@ std::vector<std::vector<std::string>> rad_pipeline(const std::string& command, c
       }
     }
   }
-  constexpr std::size_t kMostStages = 64;
+  constexpr std::size_t kMostStages = 8;
   if (stages.size() > kMostStages) throw Error(place, "the pipeline has too many stages");
   for (const auto& stage : stages)
     if (stage.empty()) throw Error(place, fmt::format("the line '!{}' lacks a command", command));

@@ -20,18 +20,22 @@ struct TextureCache::State {};
 TextureCache::TextureCache(const ImportOptions&, NoteCounter&) {}
 TextureCache::~TextureCache() = default;
 
-std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string&, const TextureOptions&) {
+std::shared_ptr<const TextureImage> TextureCache::load_file(const std::string&, const TextureOptions&, StandIn) {
+  return std::make_shared<GreyImage>();
+}
+
+std::shared_ptr<const TextureImage> TextureCache::load_needed_file(const std::string&, const TextureOptions&) {
   return std::make_shared<GreyImage>();
 }
 
 std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&, std::span<const std::uint8_t> bytes,
-                                                              const TextureOptions&) {
+                                                              const TextureOptions&, StandIn) {
   // Every byte is read, as a decoder may.
   for (const std::uint8_t byte : bytes) static_cast<void>(static_cast<const volatile std::uint8_t&>(byte));
   return std::make_shared<GreyImage>();
 }
 
-std::shared_ptr<const TextureImage> TextureCache::missing(const std::string&, const std::string&) {
+std::shared_ptr<const TextureImage> TextureCache::missing(const std::string&, const std::string&, StandIn) {
   return std::make_shared<GreyImage>();
 }
 
