@@ -16,7 +16,7 @@ namespace glowworm {
 namespace {
 
 /// Rays of a piece; the least share of a tube that they tell.
-constexpr std::size_t kRays = 8;
+constexpr std::size_t kRaysOfPiece = 8;
 constexpr float kLeastShare = 0.125f;
 /// Cells along the longest side of the grid that finds the pieces far from all boundaries.
 constexpr float kMostCells = 64;
@@ -148,19 +148,19 @@ class PartInMedium {
     const Frame frame = Frame::from_normal(direction);
     const std::uint32_t key = hash_combine(kBoundaryStream, static_cast<std::uint32_t>(piece));
     const float turn = to_unit_float(hash32(key)), shift = to_unit_float(hash_combine(key, 1));
-    std::array<Ray, kRays> rays;
-    for (std::size_t i = 0; i < kRays; ++i) {
+    std::array<Ray, kRaysOfPiece> rays;
+    for (std::size_t i = 0; i < kRaysOfPiece; ++i) {
       // Places and angles are stratified; neighbouring places have angles far apart.
-      const float angle = 2 * kPi * (static_cast<float>(3 * i % kRays) + turn) / kRays;
-      const float at = tubes_.length(piece) * (static_cast<float>(i) + shift) / kRays;
+      const float angle = 2 * kPi * (static_cast<float>(3 * i % kRaysOfPiece) + turn) / kRaysOfPiece;
+      const float at = tubes_.length(piece) * (static_cast<float>(i) + shift) / kRaysOfPiece;
       rays[i] = {tubes_.place(piece, at), 0, frame.s * std::cos(angle) + frame.t * std::sin(angle),
                  tubes_.radius(piece)};
     }
-    std::array<Hit, kRays> hits;
+    std::array<Hit, kRaysOfPiece> hits;
     tracer_.intersect(rays, hits, RayOrder::incoherent);
     float sum = 0;
-    for (std::size_t i = 0; i < kRays; ++i) sum += share(rays[i], hits[i], medium);
-    return std::max(sum / kRays, kLeastShare);
+    for (std::size_t i = 0; i < kRaysOfPiece; ++i) sum += share(rays[i], hits[i], medium);
+    return std::max(sum / kRaysOfPiece, kLeastShare);
   }
 
  private:
