@@ -141,19 +141,19 @@ YearInputs read_inputs(const DaylightOptions& o) {
 }
 
 /// A scene under the patches of the sky and the suns of a grid.
-struct LitScene {
+struct YearScene {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Tracer> tracer;
 };
 
-LitScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs, const SunGrid& suns,
+YearScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs, const SunGrid& suns,
                   std::uint64_t memory_bytes, OutputFiles& files) {
   ImportOptions import_options;
   import_options.budget = loading_budget(memory_bytes);
   const std::shared_ptr<const Scene> plain =
       lit_by_its_own(open_scene(path, import_options, o.changes.changes, &files));
   tell_notes(*plain, path);
-  LitScene out;
+  YearScene out;
   out.scene = std::make_shared<const Scene>(scene_under_patches(*plain, inputs.patches, suns.places()));
   out.tracer = std::make_shared<const Tracer>(*out.scene);
   return out;
@@ -190,7 +190,7 @@ struct FoundState {
 };
 
 /// Finds coefficients in rounds until their error is small enough; nothing after a Ctrl-C.
-std::optional<FoundState> find_state(const DaylightOptions& o, const LitScene& lit, const Sensors& sensors,
+std::optional<FoundState> find_state(const DaylightOptions& o, const YearScene& lit, const Sensors& sensors,
                                      const YearInputs& inputs, const SunGrid& suns) {
   const auto start = std::chrono::steady_clock::now();
   const auto grid = coefficient_grid(sensors, o.sensors.on_surfaces());
@@ -293,7 +293,7 @@ int run_daylight(DaylightOptions& o) {
       o.table.settings.memory_bytes > 0 ? o.table.settings.memory_bytes : default_memory_bytes();
   const YearInputs inputs = read_inputs(o);
   const SunGrid suns(inputs.latitude, inputs.sky.sun, inputs.sky.beam, o.sun_step);
-  const LitScene first = open_lit(o, o.scene, inputs, suns, memory_bytes, files);
+  const YearScene first = open_lit(o, o.scene, inputs, suns, memory_bytes, files);
   MemoryBudget budget(memory_bytes);
   const Sensors sensors = make_sensors(o.sensors, *first.tracer, budget);
   check_room(o, sensors.size(), inputs, memory_bytes);
@@ -304,7 +304,7 @@ int run_daylight(DaylightOptions& o) {
   std::vector<FoundState> found;
   std::vector<YearState> states;
   for (std::size_t state = 0; state <= o.shades.size(); ++state) {
-    const LitScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, suns, memory_bytes, files);
+    const YearScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, suns, memory_bytes, files);
     std::optional<FoundState> here = find_state(o, lit, moved(sensors, *first.scene, *lit.scene), inputs, suns);
     if (!here) return kExitSignalled + caught_interrupt();
     states.push_back(here->state);
