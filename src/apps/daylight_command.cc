@@ -147,7 +147,7 @@ struct YearScene {
 };
 
 YearScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs, const SunGrid& suns,
-                  std::uint64_t memory_bytes, OutputFiles& files) {
+                   std::uint64_t memory_bytes, OutputFiles& files) {
   ImportOptions import_options;
   import_options.budget = loading_budget(memory_bytes);
   const std::shared_ptr<const Scene> plain =
