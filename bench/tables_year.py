@@ -11,7 +11,6 @@ import os
 import pathlib
 import platform
 import random
-import resource
 import statistics
 import subprocess
 import sys
@@ -108,12 +107,14 @@ def write_weather(path):
 
 
 def run(*words):
-    """Runs the program; wall and processor seconds, and the largest memory of any run so far (MB)."""
-    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-    subprocess.run([PROGRAM, *map(str, words), "-q"], check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return time.monotonic() - start, spent, after.ru_maxrss / 1024
+    """Runs the program; returns wall seconds, processor seconds and peak memory (MB)."""
+    start = time.monotonic()
+    child = subprocess.Popen([PROGRAM, *map(str, words), "-q"])
+    _, status, used = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode != 0:
+        raise subprocess.CalledProcessError(child.returncode, child.args)
+    return time.monotonic() - start, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
 def rows_of(path):

@@ -75,7 +75,7 @@ MetricLimits limits_of(const DaylightOptions& o) {
 void check_options(const DaylightOptions& o) {
   o.sensors.check();
   if (o.output.empty() && o.metrics.empty() && o.write_matrix.empty() && o.write_sky.empty())
-    throw CommandLineError("no output was given", "Give -o FILE.csv, --metrics FILE.csv or .json, or both.");
+    throw CommandLineError("no output was given", "Give -o, --metrics, --write-matrix or --write-sky.");
   if (!o.output.empty() && o.output != kStandardOutput && lower_ending(o.output) != ".csv" &&
       lower_ending(o.output) != ".mtx")
     throw CommandLineError(fmt::format("'{}' does not end in .csv or .mtx", o.output));
@@ -84,7 +84,7 @@ void check_options(const DaylightOptions& o) {
   if (o.shades.empty() != o.shade_schedule.empty())
     throw CommandLineError("--shade and --shade-schedule are given together or not at all");
   if (o.table.settings.integrator != Integrator::gather)
-    throw CommandLineError("daylight takes no --integrator but gather", "Leave it out.");
+    throw CommandLineError("daylight supports only --integrator gather", "Leave it out.");
   if (o.table.settings.samples > 0 && o.table.settings.samples <= kSamplesOfRound)
     throw CommandLineError(fmt::format("--samples {} leaves the error unknown", o.table.settings.samples),
                            fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
@@ -166,11 +166,11 @@ Sensors moved(Sensors sensors, const Scene& from, const Scene& to) {
 }
 
 RenderSettings round_settings(const DaylightOptions& o, std::size_t sources, std::uint32_t round) {
-  RenderSettings s = patch_settings(sensor_settings(o.table.settings));
+  RenderSettings s = sensor_settings(o.table.settings);
+  s.light_groups = true;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (s.photons == 0) s.photons = kPhotonsOfPlace * sources;
   s.default_gather = kGatherRays;
-  s.gather_guiding = o.table.settings.gather_guiding;
   s.seed = hash_combine(s.seed, round);
   s.samples = kSamplesOfRound;
   s.noise_target = 0;
@@ -212,20 +212,20 @@ std::optional<FoundState> find_state(const DaylightOptions& o, const YearScene& 
     if (asked.samples == 0 && error <= noise) break;
     if (asked.time_limit_s > 0 && spent.count() > asked.time_limit_s) break;
   }
-  FoundState out{{mean.mean(), straight_sun(*lit.tracer, *grid, sensors.size(), inputs.sky)}, mean.relative_error()};
+  FoundState out{{mean.mean(), direct_sun(*lit.tracer, *grid, sensors.size(), inputs.sky)}, mean.relative_error()};
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", mean.count(), spent.count(), error));
   return out;
 }
 
 RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,
-               const Scene& scene, const FoundState& bare) {
+               const Scene& scene, const YearState& bare, const std::vector<float>& relative_error) {
   constexpr float kLevel = 0.02f;  // of a normal: a degree
   RatedYear out;
   out.limits = limits_of(o);
   out.metrics = metrics_of(year, inputs.occupied, out.limits);
-  out.daylight_factor = share_under(bare.state.coefficients, overcast_sky(inputs.patches, o.ground));
-  out.relative_error = bare.relative_error;
+  out.daylight_factor = share_under(bare.coefficients, overcast_sky(inputs.patches, o.ground));
+  out.relative_error = relative_error;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     out.place.push_back(scene.to_file_axes(scene.outside(sensors.position[i])));
     out.normal.push_back(scene.to_file_axes(sensors.normal[i]) + Vec3{0, 0, 0});
@@ -301,17 +301,17 @@ int run_daylight(DaylightOptions& o) {
                      first.scene->name(), first.scene->geometry().triangle_count(), sensors.size(),
                      inputs.sky.lit.size(), o.patches, suns.places().size()));
   catch_interrupts();
-  std::vector<FoundState> found;
   std::vector<YearState> states;
+  std::vector<float> relative_error;  // of the first state
   for (std::size_t state = 0; state <= o.shades.size(); ++state) {
     const YearScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, suns, memory_bytes, files);
     std::optional<FoundState> here = find_state(o, lit, moved(sensors, *first.scene, *lit.scene), inputs, suns);
     if (!here) return kExitSignalled + caught_interrupt();
-    states.push_back(here->state);
-    found.push_back(std::move(*here));
+    if (state == 0) relative_error = std::move(here->relative_error);
+    states.push_back(std::move(here->state));
   }
   const Year year = year_of(inputs.sky, suns, states, inputs.state_of_hour);
-  const RatedYear rated = rate(o, year, inputs, sensors, *first.scene, found.front());
+  const RatedYear rated = rate(o, year, inputs, sensors, *first.scene, states.front(), relative_error);
   for (std::size_t i = 0; i < rated.zones.size(); ++i)
     inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
   write_year(o, year, inputs, rated, states.front().coefficients, files);
@@ -321,16 +321,16 @@ int run_daylight(DaylightOptions& o) {
 constexpr const char* kDaylightFooter = R"help(
 Sky and sun of every hour follow the weather file by Perez (1990, 1993); the hour's sun
 stands in the middle of the time that it is up. Light of the sky comes by daylight
-coefficients of its patches; the sun's straight light by rays to its real places; its
-reflected light is interpolated between places --sun-step degrees apart. Illuminance is
+coefficients of its patches; direct sunlight by rays towards the actual sun; reflected
+sunlight is interpolated between sun positions --sun-step degrees apart. Illuminance is
 in lx by 179 lm/W of visible light.
 Radiance's gendaymtx spreads the sun over four patches and takes the middle of each
 patch; here patches have their mean radiance and the sun is apart. --write-matrix and
 --write-sky files suit dctimestep; their product lacks the sun.
 Metrics count occupied hours: sDA and ASE as in LM-83 (the sun without bounces, the
 scene without its shades), UDI in four bins, simplified DGP for sensors that face the
-horizon. relative_error holds the mean over hours within twice of it with a chance of
-95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%).
+horizon. The mean over hours is within twice relative_error of the truth with a chance
+of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%).
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.
 
@@ -341,6 +341,10 @@ Examples:
       --shade-schedule blinds.txt --box south,0,0,0,6,1,4 --metrics rooms.csv)help";
 
 void add_year_options(CLI::App& c, DaylightOptions& o) {
+  const auto number = [&](const std::string& name, double& value, double least, double most, const char* unit,
+                          const std::string& help) {
+    add_number(c, name, value, least, most, help)->option_text(fmt::format("{} [{}]", unit, value))->group("Year");
+  };
   add_text(c, "Year", "--epw", o.weather, "FILE", "Weather file of EnergyPlus")->required();
   add_text(c, "Year", "-o,--output", o.output, "FILE",
            "Illuminance of every hour and sensor as .csv, or as a matrix of Radiance as .mtx; - is CSV on standard "
@@ -364,26 +368,14 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
       ->take_last()
       ->option_text("145|577 [145]")
       ->group("Year");
-  add_number(c, "--sun-step", o.sun_step, 2, 30, "Degrees between places of the sun for its reflected light")
-      ->option_text(fmt::format("DEGREES [{}]", o.sun_step))
-      ->group("Year");
-  add_number(c, "--ground", o.ground, 0, 1, "Reflectance of the ground outside")
-      ->option_text(fmt::format("SHARE [{}]", o.ground))
-      ->group("Year");
-  add_number(c, "--da-lux", o.autonomy, 1, 1e6, "Illuminance of daylight autonomy (lx)")
-      ->option_text(fmt::format("LX [{}]", o.autonomy))
-      ->group("Year");
+  number("--sun-step", o.sun_step, 2, 30, "DEGREES", "Degrees between places of the sun for its reflected light");
+  number("--ground", o.ground, 0, 1, "SHARE", "Reflectance of the ground outside");
+  number("--da-lux", o.autonomy, 1, 1e6, "LX", "Illuminance of daylight autonomy (lx)");
   add_text(c, "Year", "--udi", o.useful, "LX,LX,LX", "Limits of useful daylight illuminance")
       ->option_text("LX,LX,LX [" + o.useful + "]");
-  add_number(c, "--ase-lux", o.sun_lux, 1, 1e6, "Illuminance of the sun that exposes (lx)")
-      ->option_text(fmt::format("LX [{}]", o.sun_lux))
-      ->group("Year");
-  add_number(c, "--ase-hours", o.sun_hours, 0, 8784, "Hours from which a place is exposed")
-      ->option_text(fmt::format("HOURS [{}]", o.sun_hours))
-      ->group("Year");
-  add_number(c, "--dgps", o.glare, 0.184, 1, "Simplified DGP from which hours count as glare")
-      ->option_text(fmt::format("DGPS [{}]", o.glare))
-      ->group("Year");
+  number("--ase-lux", o.sun_lux, 1, 1e6, "LX", "Direct sunlight that counts as exposure (lx)");
+  number("--ase-hours", o.sun_hours, 0, 8784, "HOURS", "A place with more hours than this is exposed");
+  number("--dgps", o.glare, 0.184, 1, "DGPS", "Simplified DGP from which hours count as glare");
   add_text(c, "Year", "--write-matrix", o.write_matrix, "FILE", "Daylight matrix of SCENE (.mtx)");
   add_text(c, "Year", "--write-sky", o.write_sky, "FILE", "Sky matrix of the year (.smx)");
   add_text(c, "Year", "--sky-matrix", o.sky_matrix, "FILE",

@@ -129,7 +129,7 @@ std::vector<std::string> picture_names(const GlareOptions& o, std::size_t views)
   std::vector<std::string> names;
   if (o.picture.empty()) return names;
   if (output_of(o.picture).format == OutputFormat::part)
-    throw CommandLineError("--picture is no part of a picture", "Give it a name that ends in .png, .hdr or .exr.");
+    throw CommandLineError("--picture cannot be written as a part", "Give it a name that ends in .png, .hdr or .exr.");
   const std::string ending = lower_ending(o.picture), stem = o.picture.substr(0, o.picture.size() - ending.size());
   for (std::size_t i = 1; i <= views; ++i)
     names.push_back(views == 1 ? o.picture : fmt::format("{}-{}{}", stem, i, ending));
@@ -169,7 +169,7 @@ void add_outputs(const GlareOptions& o, const std::vector<std::string>& pictures
 /// Rates a picture of a file.
 int rate_picture(const GlareOptions& o) {
   if (!o.views.empty())
-    throw CommandLineError("--views are those of a scene, and a picture was given",
+    throw CommandLineError("--views is for scenes, but a picture was given",
                            "Give --view for the view of the picture, or nothing if its header has one.");
   OutputFiles files;
   files.add_input("the picture", o.scene);
@@ -195,8 +195,9 @@ int rate_picture(const GlareOptions& o) {
 
 /// No ray of a picture meets them, so that what they send straight into the eye is missing.
 void warn_of_lamps_without_size(const Scene& scene) {
-  const auto count = std::count_if(scene.lights().begin(), scene.lights().end(),
-                                   [](const Light& light) { return light.kind != LightKind::directional; });
+  const auto count = std::count_if(scene.lights().begin(), scene.lights().end(), [](const Light& light) {
+    return light.kind != LightKind::directional && !is_black(light.intensity);
+  });
   if (count > 0)
     warn(
         fmt::format("lamps without size: {}. They are no sources of glare, and the illuminance at the eye lacks their "
@@ -226,7 +227,7 @@ int run_glare(GlareOptions& o) {
   if (rates_picture(o)) return rate_picture(o);
   if (o.views.empty()) throw CommandLineError("no views were given", "Give --views FILE with a line for each view.");
   if (!o.view.empty())
-    throw CommandLineError("--view is of a picture, and a scene was given", "Give --views FILE for views of a scene.");
+    throw CommandLineError("--view is for pictures, but a scene was given", "Give --views FILE for views of a scene.");
   RenderSettings asked = o.table.settings;
   if (asked.memory_bytes == 0) asked.memory_bytes = default_memory_bytes();
   asked.width = asked.height = static_cast<int>(o.side);

@@ -94,14 +94,16 @@ void check_options(MeasureOptions& o) {
   if (o.outputs.empty() && o.page.empty())
     throw CommandLineError("no output was given", "Give -o FILE or --report FILE.");
   if (!o.page.empty() && (o.zones.empty() || o.sky_patches > 0))
-    throw CommandLineError("--report has no zones", "Give --zone NAME=..., without --sky-patches.");
+    throw CommandLineError("--report needs zones and does not work with --sky-patches",
+                           "Give --zone NAME=..., without --sky-patches.");
   check_outputs(o);
   read_command_line([&] {
     take_luminaires(o.lights, o.changes.changes);
     for (const std::string& light : o.lights) parse_light_edit(light);
     for (const std::string& spectrum : o.spectra) parse_lamp_spectrum(spectrum);
     if (!o.spectra.empty() && !o.melanopic) throw Error("--spectrum has no effect", "Give --melanopic, too.");
-    if (o.melanopic && o.sky_patches > 0) throw Error("--sky-patches has no melanopic values", "Leave one out.");
+    if (o.melanopic && o.sky_patches > 0)
+      throw Error("--melanopic does not work with --sky-patches", "Leave one of them out.");
     if (o.table.settings.samples == 1)
       throw Error("--samples 1 leaves the error of a measurement unknown", "Give two samples or more.");
   });
@@ -153,7 +155,7 @@ std::string report_of(const MeasureOptions& o, const std::vector<Zone>& zones, c
                     {"samples of each sensor", fmt::format("{}", job.snapshot().whole_passes())},
                     {"seed", fmt::format("{}", s.seed)},
                     {"time", fmt::format("{:.1f} s", job.seconds())},
-                    {"lux for a watt", fmt::format("{:g} lm/W", kLuminousEfficacy)}};
+                    {"luminous efficacy", fmt::format("{:g} lm/W", kLuminousEfficacy)}};
   texts.notes = choice_notes(o.table.settings, s);
   for (const std::string& note : job.scene().notes()) texts.notes.push_back(note);
   for (const std::string& doubt : doubts_after(measurement, job.scene())) texts.notes.push_back(doubt);

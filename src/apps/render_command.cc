@@ -293,7 +293,7 @@ Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_p
 /// Why a picture, or the frames, cannot have motion blur; "" if they can.
 std::string reason_against_blur(const RenderOptions& o, bool has_ranks) {
   if (o.settings.time_limit_s > 0 || o.settings.noise_target > 0)
-    return "the number of samples must be known, so it does not go with --time or --noise";
+    return "the number of samples must be known (--samples), so it does not go with --time or --noise";
   if (o.resumes) return "it does not go with --resume";
   if (has_ranks && !o.sequence.is_given()) return "ranks divide the frames of a sequence, but not one picture";
   return "";
@@ -304,7 +304,7 @@ void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks) {
   const std::string reason = reason_against_blur(o, has_ranks);
   if (reason.empty()) return;
   const bool asked = !o.sequence.shutter.empty() && parse_shutter(o.sequence.shutter) != Shutter();
-  if (asked) throw CommandLineError("no motion blur: " + reason, "Give --samples alone, or leave out --shutter.");
+  if (asked) throw CommandLineError("no motion blur: " + reason, "Leave out --shutter, or what it does not go with.");
   if (motion && motion->slice_count() > 0) {
     inform("note: no motion blur: " + reason);
     motion->shutter.reset();

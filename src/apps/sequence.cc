@@ -42,6 +42,14 @@ std::uint32_t slices_of(const RenderSettings& s) {
   return std::min(s.samples > 0 ? s.samples : usual, kMostSlices);
 }
 
+/// Sets what the options say of the time of frames and of the shutter.
+void set_timing(const SequenceOptions& options, const RenderSettings& settings, SceneMotion& motion) {
+  motion.frames_per_second = options.frames_per_second;
+  motion.slices = slices_of(settings);
+  motion.seed = settings.seed;
+  if (!options.shutter.empty()) motion.shutter = parse_shutter(options.shutter);
+}
+
 /// The path of a program on PATH; "" if there is none.
 std::string find_program(const std::string& name) {
   const char* const path = std::getenv("PATH");
@@ -111,14 +119,11 @@ std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std
   if (options.is_given() ? other && moment.animation.empty() : !has_moments(path)) return nullptr;
   auto motion = std::make_shared<SceneMotion>();
   motion->camera = settings.camera;
-  motion->frames_per_second = options.frames_per_second;
   motion->is_still = !options.is_given();
   motion->start = motion->is_still ? moment.seconds : 0;
   motion->frames = motion->is_still ? 1 : 0;
   if (!options.frames.empty()) motion->frames = parse_frame_range(options.frames).last + 1;
-  motion->slices = slices_of(settings);
-  motion->seed = settings.seed;
-  if (!options.shutter.empty()) motion->shutter = parse_shutter(options.shutter);
+  set_timing(options, settings, *motion);
   return motion;
 }
 
@@ -140,11 +145,8 @@ Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> 
     count = std::max(count, range.last + 1);
     numbers_ = range.numbers();
     if (motion_) timing_ = *motion_;
-    timing_.frames_per_second = options.frames_per_second;
     timing_.frames = count;
-    timing_.slices = slices_of(settings);
-    timing_.seed = settings.seed;
-    if (!options.shutter.empty()) timing_.shutter = parse_shutter(options.shutter);
+    set_timing(options, settings, timing_);
     if (turns || scripted) {
       std::vector<double> at;
       timing_.start = 0;

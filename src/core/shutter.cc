@@ -34,7 +34,7 @@ Shutter parse_shutter(const std::string& text) {
   const std::optional<double> close = read_seconds(has_both ? text.substr(colon + 1) : text);
   constexpr double kLongest = 3600;
   if (!open || !close || *close < *open || (*close == *open && *open != 0) || *open < -kLongest || *close > kLongest)
-    throw Error(fmt::format("--shutter '{}' is no time", text),
+    throw Error(fmt::format("--shutter '{}' is not a time", text),
                 "Give the seconds that it is open, such as 0.02 or 1/48, or when it opens and closes, such as "
                 "-0.01:0.01; at most an hour.");
   return {*open, *close};

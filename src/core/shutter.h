@@ -14,7 +14,7 @@ struct Shutter {
   bool operator==(const Shutter&) const = default;
 };
 
-/// Reads an exposure time such as "0.02" or "1/48", or "OPEN:CLOSE", s. Throws Error if the text is none of them.
+/// Reads an exposure time such as "0.02" or "1/48", or "OPEN:CLOSE", s. Throws Error if the text is neither.
 Shutter parse_shutter(const std::string& text);
 
 }  // namespace glowworm

@@ -72,8 +72,10 @@ class GroupWorker {
 
 GroupedMap::GroupedMap(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
                        std::span<const std::uint32_t> group_of) {
-  index_ = BlockedIndex(photons, flux, policy, &group_of_place_);
-  for (std::uint32_t& place : group_of_place_) place = group_of[place];
+  std::vector<std::uint32_t> photon_of_place;
+  index_ = BlockedIndex(photons, flux, policy, &photon_of_place);
+  group_of_place_.reserve(photon_of_place.size());
+  for (const std::uint32_t photon : photon_of_place) group_of_place_.push_back(group_of[photon]);
 }
 
 void GroupedMap::add(const QueryPoints& points, std::span<std::vector<RGB>> light, Statistics& statistics) const {

@@ -4,11 +4,21 @@
 #include <array>
 
 #include "core/parallel.h"
+#include "core/random.h"
 #include "density/kd_tree.h"
 #include "density/shading.h"
 #include "kernels/kernel_shape.h"
 
 namespace glowworm {
+
+std::vector<std::uint32_t> one_of_each_run(std::size_t count, std::size_t run) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t first = 0; first + run <= count; first += run) {
+    const auto at = static_cast<std::uint32_t>(first);
+    out.push_back(at + hash32(at) % static_cast<std::uint32_t>(run));
+  }
+  return out;
+}
 
 namespace {
 

@@ -31,4 +31,7 @@ PhotonSample sample_of(const PhotonBatch& photons, std::span<const RGB> flux, co
 std::vector<RGB> variance_by_photons(const PhotonSample& sample, const QueryPoints& first, const QueryPoints& second,
                                      std::size_t targets);
 
+/// The index of one photon of each run of `run` photons, chosen at random; a last run that is shorter has none.
+std::vector<std::uint32_t> one_of_each_run(std::size_t count, std::size_t run);
+
 }  // namespace glowworm

@@ -208,7 +208,7 @@ class Film {
   std::array<std::vector<std::uint32_t>, kSlotValues> value_count_;
   std::vector<SquareSum> square_sum_;             // of the luminance of single samples, without batches
   std::vector<std::vector<LightSum>> batch_sum_;  // luminance by batch
-  // Of direct and indirect light: its luminance squared, over albedo; and of light of media, over nothing.
+  // Squared luminance: of direct and of indirect light, divided by albedo, and of light of media.
   std::vector<SquareSum> moments_[3];
   std::vector<std::uint32_t> depth_count_, count_;
   std::uint64_t not_finite_ = 0;

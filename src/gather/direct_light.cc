@@ -42,7 +42,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, const Di
       LightSelector::AtPoint lights(scene.light_selector(), vertex.point.position);
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, vertex.point.position, lights, u_light[n], {u_x[n], u_y[n]});
-        if (sample.delta && !settings.beams) continue;
+        if (sample.delta && !settings.delta_lights) continue;
         const UnoccludedLight l = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
                                                   [&](Vec3 w) { return density.weighing_pdf(w); });
         if (is_black(l.radiance)) continue;

@@ -18,7 +18,7 @@ struct DirectLightSettings {
   std::uint32_t light_samples = 0;     ///< of each gather point
   std::uint32_t gather_rays = 0;       ///< that the final gather sends for the same light
   const GatherGuide* guide = nullptr;  ///< of these rays; null: none
-  bool beams = true;                   ///< whether lights without size count
+  bool delta_lights = true;            ///< whether lights without size count
 };
 
 /// Adds to radiance.direct the light that reaches the gather points directly from the lights. Runs on all threads

@@ -27,7 +27,7 @@ struct PointGrid {
   /// the grid.
   bool learns = false;
   /// Whether light samples of the points leave out lights without size, whose direct light is computed elsewhere.
-  bool beams_apart = false;
+  bool delta_lights_apart = false;
   /// Random sequences of each cell, independent of each other, that its samples take in turn. The spread of their means
   /// tells the error of the mean over all samples; that of the samples of one sequence, which are stratified, tells
   /// more than there is.

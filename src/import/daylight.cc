@@ -17,8 +17,8 @@ constexpr double kDegree = M_PI / 180;
 constexpr double kSolarConstant = 1367;   // W m^-2, that of the model's authors
 constexpr double kPrecipitableWater = 2;  // cm, where none is measured
 constexpr double kTwilight = -6;          // degrees: civil twilight, when the sky gives light without the sun
-/// The range of the model, as Radiance's gendaylit has it. Beyond, as of a bright sky around a sun on the horizon, its
-/// formula may have no light at all.
+/// The range of the model, as in Radiance's gendaylit. Beyond it, as with a bright sky and the sun on the horizon, the
+/// formula may give no light at all.
 constexpr double kMinBrightness = 0.01, kMaxBrightness = 0.6, kGreatestClearness = 11.9;
 
 /// Bins of the sky's clearness (Perez et al. 1990, table 1).

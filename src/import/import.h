@@ -49,6 +49,8 @@ struct SceneMotion {
 
   /// Slices of each frame; 0: its moment alone is shown.
   std::uint32_t slice_count() const { return shutter && shutter->close > shutter->open ? slices : 0; }
+  /// Raises the frames to those of the whole animation, unless it is a still.
+  void cover_length();
   /// Seconds of a moment.
   double seconds(FrameMoment moment) const;
   /// All moments: of each frame its own, then its slices.
@@ -86,7 +88,7 @@ bool has_moments(const std::string& path_or_builtin);
 
 /// Reads a scene: "builtin:NAME", or a file by its extension: .pbrt (pbrt-v4), .gltf and .glb (glTF 2.0), .obj (with
 /// its .mtl), .ply, .stl, .rad (Radiance), or another format that Assimp reads (.fbx, .dae, .blend, .3ds, ...). Lengths
-/// are interpreted as metres; the up axis is not changed, but that of .rad is turned from z to y. The description's
+/// are interpreted as metres; the up axis is not changed, except in .rad files, whose z becomes y. The description's
 /// notes list features of the file that are not supported. A texture that cannot be read becomes its stand-in
 /// (import/stand_in.h), with a warning and a note. Throws Error with file, place and remedy if something is missing,
 /// broken or too large for the budget, or if the name or the extension is unknown.

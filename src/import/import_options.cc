@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "import/import.h"
 
 namespace glowworm {
@@ -6,6 +9,13 @@ std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes) {
   return std::make_shared<MemoryBudget>(bytes > 0 ? bytes : physical_memory_bytes() / 2,
                                         "Give a larger --memory, or use fewer instances, simpler meshes or smaller "
                                         "textures.");
+}
+
+void SceneMotion::cover_length() {
+  constexpr double kMostFrames = 100'000;
+  if (is_still) return;
+  const double needed = std::clamp(std::ceil(length * frames_per_second) + 1, 1.0, kMostFrames);
+  frames = std::max(frames, static_cast<std::uint32_t>(needed));
 }
 
 double SceneMotion::seconds(FrameMoment moment) const {

@@ -72,7 +72,7 @@ std::uint32_t InstanceKeeper::mirrored(Use& use) {
   if (use.mesh[1] != kNone) return use.mesh[1];
   Geometry mesh = *scene_.meshes[use.mesh[0]];
   triangles_.grow(scene_bytes(mesh));
-  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  reverse_winding(mesh);
   use.mesh[1] = static_cast<std::uint32_t>(scene_.meshes.size());
   scene_.meshes.push_back(std::make_shared<const Geometry>(std::move(mesh)));
   return use.mesh[1];

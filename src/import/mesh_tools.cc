@@ -10,6 +10,10 @@
 
 namespace glowworm {
 
+void reverse_winding(Geometry& mesh) {
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+}
+
 namespace {
 
 FloatBits<8> vertex_bits(const Geometry& mesh, std::size_t i) {
@@ -44,9 +48,7 @@ void turn_mesh(Geometry& mesh, const Transform& to_world) {
     const float l = length(mapped);
     n = l > 0 && std::isfinite(l) ? mapped / l : Vec3{0, 0, 0};
   }
-  if (to_world.determinant() < 0) {
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-  }
+  if (to_world.determinant() < 0) reverse_winding(mesh);
 }
 
 }  // namespace

@@ -50,6 +50,9 @@ void transform_mesh(Geometry& mesh, const Transform& to_world);
 /// was rounded before.
 void place_mesh(Geometry& mesh, const TransformDouble& to_world, CoordinateOrigin& origin);
 
+/// Winds all triangles the other way.
+void reverse_winding(Geometry& mesh);
+
 /// Merges vertices whose position, normal and texture coordinates have the same bits.
 void merge_identical_vertices(Geometry& mesh);
 

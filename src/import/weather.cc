@@ -189,16 +189,17 @@ class YearDoubts {
     std::vector<std::string> out;
     if (differ_ > 0)
       out.push_back(
-          fmt::format("in {} hours global horizontal irradiance differs by more than {:.0f}% from direct and "
-                      "diffuse, which count (most at {})",
+          fmt::format("in {} hours global horizontal irradiance differs by more than {:.0f}% from the sum of direct "
+                      "and diffuse, which are used (most at {})",
                       differ_, 100 * kShare, where_));
     if (at_night_ > 0) out.push_back(fmt::format("{} hours have light, but no sun: they are taken as dark", at_night_));
-    if (hours != 8760 && hours != 8784) out.push_back(fmt::format("the file has {} hours, not those of a year", hours));
+    if (hours != 8760 && hours != 8784)
+      out.push_back(fmt::format("the file has {} hours; a year has 8760 or 8784", hours));
     return out;
   }
 
  private:
-  /// W m^-2, and the share of the irradiance, from which a difference is more than that of sun positions.
+  /// W m^-2, and share of the irradiance: smaller differences may come from the sun's position within the hour.
   static constexpr double kLeast = 20, kShare = 0.1;
 
   std::size_t differ_ = 0, at_night_ = 0;

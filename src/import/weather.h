@@ -25,7 +25,7 @@ WeatherHour parse_weather_hour(std::string_view text, const std::string& path, i
 struct WeatherYear {
   std::vector<WeatherHour> hours;
   /// What is strange, a sentence each: global horizontal irradiance that differs from direct and diffuse together,
-  /// light at night, and a number of hours that is not that of a year.
+  /// light at night, and a number of hours other than 8760 or 8784.
   std::vector<std::string> notes;
 };
 

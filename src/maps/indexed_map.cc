@@ -191,12 +191,9 @@ PhotonSample IndexedMap::choose_sample(const KernelInputs& inputs, Statistics& s
   const PhaseTimer timer(statistics, Phase::photon_noise);
   const std::size_t run = std::max<std::size_t>((count_ + kMostSampled - 1) / kMostSampled, 1);
   const RadiusPolicy policy = this->policy(inputs);
-  std::vector<std::uint32_t> chosen;
-  for (std::size_t first = 0; first + run <= count_; first += run) {
-    const auto at = static_cast<std::uint32_t>(first);
-    const std::uint32_t place = at + hash32(at) % static_cast<std::uint32_t>(run);
-    chosen.push_back(policy.order.empty() ? place : policy.order[place]);
-  }
+  std::vector<std::uint32_t> chosen = one_of_each_run(count_, run);
+  if (!policy.order.empty())
+    for (std::uint32_t& place : chosen) place = policy.order[place];
   PhotonSample out = sample_of(photons_->batch, flux(), policy, chosen);
   out.each = static_cast<float>(run);
   return out;

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "bsdf/measured.h"
 #include "core/box.h"
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "scene/placed_box.h"
 #include "transport/medium.h"
 #include "transport/step.h"
 
@@ -15,7 +17,7 @@ namespace glowworm {
 
 namespace {
 
-/// Rays of a piece; the least share of a tube that they tell.
+/// Rays for each piece, and the lower bound of the share that they find.
 constexpr std::size_t kRaysOfPiece = 8;
 constexpr float kLeastShare = 0.125f;
 /// Cells along the longest side of the grid that finds the pieces far from all boundaries.
@@ -38,12 +40,17 @@ bool is_passed(const std::vector<Material>& materials, const Material& m) {
       return passes_any(m.transmission) || passes_any(m.diffuse_transmission);
     case MaterialKind::mix:
       return is_passed(materials, materials[m.mix_a]) || is_passed(materials, materials[m.mix_b]);
-    default:
+    case MaterialKind::measured:
+      return !m.measured->is_black(true);
+    case MaterialKind::conductor:
+    case MaterialKind::coated_diffuse:
+    case MaterialKind::coated_conductor:
       return false;
   }
+  return false;
 }
 
-/// The kernel's integral from the beam to a distance, as a share of the radius.
+/// The kernel's integral from the beam to a distance, which is given as a fraction of the radius.
 float share_within(float distance) {
   const float u = std::min(distance * distance, 1.0f);
   return u * (2 - u);
@@ -52,13 +59,9 @@ float share_within(float distance) {
 /// Whether all of a ball lies within the bounds of a medium.
 bool is_within_bounds(const Medium& medium, Vec3 center, float radius) {
   if (!medium.bounds) return true;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 at = medium.to_medium.point(
-        center + Vec3{corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius});
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(at[axis] >= medium.bounds->min[axis] && at[axis] <= medium.bounds->max[axis])) return false;
-  }
-  return true;
+  const Vec3 reach{radius, radius, radius};
+  const Box3 box = placed_box(medium.to_medium, {center - reach, center + reach});
+  return medium.bounds->contains(box.min) && medium.bounds->contains(box.max);
 }
 
 /// The pieces of all beams as tubes.

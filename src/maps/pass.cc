@@ -169,7 +169,7 @@ class PassRenderer {
     if (settings_.direct && !rays_alone)
       add_direct_light(tracer_, points,
                        {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
-                        !(view_.points && view_.points->beams_apart)},
+                        !(view_.points && view_.points->delta_lights_apart)},
                        out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone) {
       if (is_apart())

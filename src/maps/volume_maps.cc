@@ -82,10 +82,7 @@ struct FewPhotons {
   explicit FewPhotons(std::size_t count) {
     constexpr std::size_t kMost = IndexedMap::kMostSampled;
     const std::size_t run = std::max<std::size_t>((count + kMost - 1) / kMost, 1);
-    for (std::size_t first = 0; first + run <= count; first += run) {
-      const auto at = static_cast<std::uint32_t>(first);
-      indices.push_back(at + hash32(at) % static_cast<std::uint32_t>(run));
-    }
+    indices = one_of_each_run(count, run);
     each = static_cast<float>(run);
   }
 };

@@ -18,9 +18,10 @@ constexpr double kMaximalEfficacy = 683.002;  // lm/W, of light of 555 nm in air
 /// A material counts as coloured from this difference of its channels on.
 constexpr float kGrey = 0.02f;
 
+bool is_coloured(RGB c) { return max_component(c) - std::min({c.r, c.g, c.b}) > kGrey; }
+
 bool is_coloured(const Scene& scene, const ColorInput& input) {
-  const auto differs = [](RGB c) { return max_component(c) - std::min({c.r, c.g, c.b}) > kGrey; };
-  if (differs(input.value)) return true;
+  if (is_coloured(input.value)) return true;
   // A texture counts as coloured, unless one colour stands in for it.
   return input.texture != kNone && max_component(input.value) > 0 &&
          scene.textures()[input.texture].kind != TextureKind::constant;
@@ -95,13 +96,12 @@ std::vector<std::string> coloured_materials(const Scene& scene) {
     const Material& m = scene.materials()[i];
     const auto inputs = color_inputs(m);
     const bool is_metal = m.kind == MaterialKind::conductor && !m.use_reflectance;
-    const auto differs = [](RGB c) { return max_component(c) - std::min({c.r, c.g, c.b}) > kGrey; };
     const bool coloured = std::any_of(inputs.begin(), inputs.end(), [&](const ColorInput* input) {
       const bool is_direction =
           input == &m.normal_map || input == &m.coat_normal_map || input == &m.anisotropy_direction;
       return !is_direction && is_coloured(scene, *input);
     });
-    if (used[i] && (coloured || (is_metal && (differs(m.eta) || differs(m.k))))) out.push_back(m.name);
+    if (used[i] && (coloured || (is_metal && (is_coloured(m.eta) || is_coloured(m.k))))) out.push_back(m.name);
   }
   return out;
 }

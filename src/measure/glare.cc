@@ -90,8 +90,8 @@ double daylight_glare_probability(double e, std::span<const GlareSource> sources
   for (const GlareSource& s : sources)
     sum += s.luminance * s.luminance * s.solid_angle / (s.position_index * s.position_index);
   const double contrast = e > 0 ? std::log10(1 + sum / std::pow(e, 1.87)) : 0;
-  const double in_dim_light = e < 1000 ? 1 / (1 + std::exp(4 - 0.024 * e)) : 1;
-  return std::min(5.87e-5 * e + 9.18e-2 * contrast + 0.16, 1.0) * in_dim_light;
+  const double low_light_correction = e < 1000 ? 1 / (1 + std::exp(4 - 0.024 * e)) : 1;
+  return std::min(5.87e-5 * e + 9.18e-2 * contrast + 0.16, 1.0) * low_light_correction;
 }
 
 double daylight_glare_index(double background, std::span<const GlareSource> sources) {

@@ -52,8 +52,8 @@ double position_index(Vec3 direction);
 Glare rate_glare(const GlarePicture& picture, std::span<const GlareSource> lights = {},
                  double threshold = kGlareThreshold);
 
-/// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006), less in dim light, below
-/// 1000 lx at the eye, as evalglare has it (Wienold, "Daylight glare in offices", 2009).
+/// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006), with evalglare's
+/// low-light correction below 1000 lx at the eye (Wienold, "Daylight glare in offices", 2009).
 double daylight_glare_probability(double vertical_illuminance, std::span<const GlareSource> sources);
 /// Daylight glare index (Hopkinson, Applied Ergonomics 3, 1972). 0 without sources.
 double daylight_glare_index(double background, std::span<const GlareSource> sources);

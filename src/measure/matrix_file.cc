@@ -35,10 +35,7 @@ MatrixHeader take_header(std::string_view& rest, const std::string& path) {
   int number = 0;
   while (true) {
     if (rest.empty()) throw Error({path, number}, "the file ends within the header of a matrix", kMatrixForm);
-    const std::size_t end = rest.find('\n');
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
+    const std::string_view line = take_line(rest);
     ++number;
     if (line.empty()) break;
     const std::size_t equals = line.find('=');

@@ -110,7 +110,8 @@ void draw_lamps(const Zone& zone, const PlanAxes& axes, const Scene& scene, Draw
   }
   for (const Light& light : scene.lights()) {
     const Vec2 p = axes.point(light.position);
-    if (light.kind == LightKind::directional || !(light.position.y > zone.corner.y) || !is_inside(p)) continue;
+    if (light.kind == LightKind::directional || is_black(light.intensity)) continue;
+    if (!(light.position.y > zone.corner.y) || !is_inside(p)) continue;
     path += fmt::format("M{0:.2f} {1:.2f}m-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0Z", out.mm(p.x), out.mm(p.y));
   }
   if (!path.empty()) out.add("<path d=\"{}\" fill=\"#5b7fa6\" fill-opacity=\"0.35\"/>\n", path);
@@ -187,7 +188,7 @@ std::string view_name(const Scene& scene, Vec3 view) {
 
 std::string zone_table(const std::vector<Zone>& zones, const std::vector<ZoneFigures>& figures, const Scene& scene) {
   std::string out = "<table>\n" + row({"zone", "sensors", "mean lx", "min lx", "max lx", "U0 min/mean",
-                                       "cylindrical lx", "UGR", "at", "error of mean"},
+                                       "cylindrical lx", "UGR", "UGR at", "error of mean"},
                                       "th");
   for (std::size_t i = 0; i < zones.size(); ++i) {
     const ZoneFigures& f = figures[i];
@@ -206,7 +207,7 @@ std::string luminaire_table(const std::vector<LuminaireRow>& rows) {
   if (rows.empty()) return "";
   std::string out =
       "<h2>Luminaires</h2>\n<table>\n" +
-      row({"file", "luminaire", "opening", "number", "lm each", "W each", "lm/W", "W in all"}, "th", {1, 2});
+      row({"file", "luminaire", "opening", "quantity", "lm each", "W each", "lm/W", "total W"}, "th", {1, 2});
   double power = 0;
   const auto known = [](double value) { return value > 0 ? figure_text(value) : std::string(); };
   for (const LuminaireRow& r : rows) {

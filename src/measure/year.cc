@@ -67,7 +67,7 @@ struct Planes {
   }
 };
 
-/// Illuminance, but for the straight sun, of sensors in some of the lit hours.
+/// Illuminance of sensors in some of the lit hours, without the direct sun.
 class DiffuseLight {
  public:
   DiffuseLight(const YearSky& sky, const SunGrid& grid, std::vector<std::uint32_t> hours)
@@ -164,7 +164,7 @@ void replace_sky(YearSky& sky, const ColorMatrix& matrix, const std::string& pat
 
 std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool on_surfaces) {
   PointGrid grid = sensor_grid(sensors, on_surfaces, 1);
-  grid.beams_apart = true;
+  grid.delta_lights_apart = true;
   return std::make_shared<const PointGrid>(std::move(grid));
 }
 
@@ -225,7 +225,7 @@ std::vector<float> CoefficientMean::relative_error() const {
   return out;
 }
 
-std::vector<float> straight_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
+std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
   GatherPoints points;
   SlotRadiance unused;
   FirstHit first_hit;

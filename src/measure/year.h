@@ -43,7 +43,7 @@ struct DaylightCoefficients {
   ColorMatrix suns;  ///< reflected and bent light of suns in the places of a grid, for a normal irradiance of 1
 };
 
-/// The sensors of a Job of coefficients: it leaves out the straight light of suns, which straight_sun() finds.
+/// The sensors of a Job of coefficients: it leaves out the direct light of suns, which direct_sun() finds.
 std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool on_surfaces);
 /// Of a Job over scene_under_patches() with the places of a grid as suns. @param suns their number
 DaylightCoefficients coefficients_of(const Job& job, std::size_t sensors, std::size_t suns);
@@ -55,7 +55,7 @@ class CoefficientMean {
   void add(const DaylightCoefficients& found);
   std::uint32_t count() const { return count_; }
   DaylightCoefficients mean() const;
-  /// Of each sensor: standard error of the mean illuminance of an hour without the straight sun, over that illuminance,
+  /// Of each sensor: standard error of the mean illuminance of an hour without the direct sun, over that illuminance,
   /// both as root mean squares over some hours; by student_factor(), so that the truth lies within twice of it with a
   /// chance of 95%. 0 for a single Job, and where no light is.
   std::vector<float> relative_error() const;
@@ -71,7 +71,7 @@ class CoefficientMean {
 
 /// What the sun itself gives sensors in the lit hours, without any bounce: cosine times the share that passes panes,
 /// times the luminance of a normal irradiance of 1. Sensors are rows.
-std::vector<float> straight_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
+std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
 
 /// Illuminance at sensors in all hours, lx.
 struct Year {
@@ -86,7 +86,7 @@ struct Year {
 /// A scene in one state of its shades.
 struct YearState {
   DaylightCoefficients coefficients;
-  std::vector<float> sun;  ///< straight_sun()
+  std::vector<float> sun;  ///< direct_sun()
 };
 
 /// Sums up a year. @param state_of_hour index into `states` of each hour of the file; empty: the first

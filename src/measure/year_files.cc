@@ -63,7 +63,7 @@ RatedBox parse_rated_box(const std::string& text) {
 
 std::string year_csv(const Year& year, std::span<const WeatherHour> hours, const std::string& about) {
   std::string text = fmt::format(
-      "# {}\n# illuminance of each sensor in lx, by {} lm/W; hours end at the hour that is told, in standard time\n"
+      "# {}\n# illuminance of each sensor in lx, by {} lm/W; each hour is given by its end, in standard time\n"
       "month,day,hour",
       one_line(about), kLuminousEfficacy);
   for (std::size_t sensor = 0; sensor < year.sensors; ++sensor)

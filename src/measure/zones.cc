@@ -52,7 +52,6 @@ void for_cells(const Zone& zone, int columns, int rows, Add&& add) {
 void add_eyes(Zone& zone, const Tracer& tracer, Sensors& sensors) {
   const Vec3 middle = zone.corner + (zone.across + zone.along) * 0.5f;
   const float ground = floor_below(tracer, middle);
-  zone.eye_height = std::isfinite(ground) ? kEyeHeight : 0;
   const float level = (std::isfinite(ground) ? ground : middle.y) + kEyeHeight;
   zone.first_eye = sensors.size();
   for_cells(zone, (zone.columns + 1) / 2, (zone.rows + 1) / 2, [&](Vec3 place) {

@@ -19,7 +19,6 @@ struct Zone {
   int columns = 0, rows = 0;            ///< of a rectangle's sensors, row by row; 0: a surface
   Vec3 corner, across, along;           ///< rectangle: where its first cell begins, and its edges, m
   std::size_t first_eye = 0, eyes = 0;  ///< sensors of its eyes: kEyeDirections for each; level rectangles have eyes
-  float eye_height = 0;                 ///< of the eyes above the floor, m; 0: no floor was found
 
   bool is_level() const { return eyes > 0; }
 };

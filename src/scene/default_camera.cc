@@ -49,11 +49,11 @@ std::vector<Box3> boxes_of_instances(const Geometry& geometry) {
   return out;
 }
 
-/// Calls use(corners) for the triangles that a ray may meet, in order.
+/// Calls use(corners) for the triangles that a ray may meet, in order. @param boxes boxes_of_instances()
 template <typename Use>
-void for_triangles_along(const Geometry& geometry, Vec3 origin, Vec3 direction, Use&& use) {
+void for_triangles_along(const Geometry& geometry, const std::vector<Box3>& boxes, Vec3 origin, Vec3 direction,
+                         Use&& use) {
   for (std::uint32_t t = 0; t < geometry.triangles.size(); ++t) use(geometry.corners(t));
-  const std::vector<Box3> boxes = boxes_of_instances(geometry);
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     if (!meets(boxes[i], origin, direction)) continue;
     const Geometry* mesh = geometry.meshes[geometry.instances[i].mesh].get();
@@ -63,10 +63,10 @@ void for_triangles_along(const Geometry& geometry, Vec3 origin, Vec3 direction, 
 }
 
 /// First hit of a ray from `origin` (Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997).
-Side first_surface(const Geometry& geometry, Vec3 origin, Vec3 direction) {
+Side first_surface(const Geometry& geometry, const std::vector<Box3>& boxes, Vec3 origin, Vec3 direction) {
   float nearest = std::numeric_limits<float>::infinity();
   Side side = Side::open;
-  for_triangles_along(geometry, origin, direction, [&](const Corners& corners) {
+  for_triangles_along(geometry, boxes, origin, direction, [&](const Corners& corners) {
     const Vec3 p = corners[0], e1 = corners[1] - p, e2 = corners[2] - p;
     const Vec3 h = cross(direction, e2);
     const float determinant = dot(e1, h);
@@ -182,8 +182,9 @@ struct Walls {
 };
 Walls walls_around(const Geometry& geometry, Vec3 place) {
   Walls w;
+  const std::vector<Box3> boxes = boxes_of_instances(geometry);
   for (std::size_t i = 0; i < kSides.size(); ++i) {
-    const Side side = first_surface(geometry, place, kSides[i]);
+    const Side side = first_surface(geometry, boxes, place, kSides[i]);
     w.walls += side == Side::wall;
     if (side == Side::open) w.open = i;
   }

@@ -117,6 +117,7 @@ void Geometry::number_instances() {
   std::size_t first = triangles.size();
   for (Instance& instance : instances) {
     instance.first = static_cast<std::uint32_t>(first);
+    if (instance.mesh >= meshes.size()) continue;  // check_description() rejects it
     instance.rounding = rounding_of(instance.to_world, boxes[instance.mesh]);
     first += meshes[instance.mesh]->triangles.size();
     if (first >= kNone)

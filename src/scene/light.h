@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/frame.h"
 #include "core/rgb.h"
 #include "core/transform.h"
 #include "core/vec.h"
@@ -17,7 +18,10 @@
 
 namespace glowworm {
 
-/// Emission of a triangle from its front (and back): the same radiance in every direction, unless a profile says more.
+/// The axes of a luminaire (IntensityTable): x to its right, y up, z along its aim. They are left-handed.
+inline Frame luminaire_axes(Vec3 right, Vec3 aim) { return {right, cross(right, aim), aim}; }
+
+/// Emission of a triangle from its front (and back): the same radiance in every direction, unless a profile scales it.
 struct Emission {
   std::string name;
   ColorInput radiance{RGB(1.0f)};  ///< W sr^-1 m^-2

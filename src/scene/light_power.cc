@@ -126,9 +126,8 @@ RGB light_power(const Light& light, float scene_radius) {
 }
 
 float table_intensity(const Light& luminaire, Vec3 d) {
-  const Vec3 up = cross(luminaire.right, luminaire.direction);
   return luminaire.table->tilt_factor(luminaire.direction) *
-         luminaire.table->intensity({dot(d, luminaire.right), dot(d, up), dot(d, luminaire.direction)});
+         luminaire.table->intensity(luminaire_axes(luminaire.right, luminaire.direction).to_local(d));
 }
 
 float spot_falloff(const Light& light, float cos_theta) {

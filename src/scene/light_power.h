@@ -23,8 +23,7 @@ float table_intensity(const Light& luminaire, Vec3 direction);
 /// Radiance of an emission in a direction (unit, world space, away from it), as a factor on Emission::radiance.
 inline float relative_radiance(const Emission& e, Vec3 direction) {
   if (!e.profile) return 1;
-  return e.profile->relative_radiance(
-      {dot(direction, e.right), dot(direction, cross(e.right, e.aim)), dot(direction, e.aim)});
+  return e.profile->relative_radiance(luminaire_axes(e.right, e.aim).to_local(direction));
 }
 
 /// Mean of spot_falloff() over the cosines between the two cones.

@@ -59,7 +59,7 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   out.normal = face_forward(placed.normal, -out.direction);
   out.offset = placed.offset();
   out.radiance = mean_emission(scene, triangle, w);
-  if (emission.profile) out.radiance *= relative_radiance(emission, -out.direction);
+  out.radiance *= relative_radiance(emission, -out.direction);
   return out;
 }
 
@@ -103,9 +103,9 @@ LightSample sample_from_environment(const Environment& environment, const Distri
 /// triangle
 EmittedPhoton emit_from_opening(const Scene& scene, const Emission& emission, RGB power, Vec2 u_position,
                                 Vec2 u_direction) {
-  const Vec3 d = emission.profile->sample(u_direction);
   EmittedPhoton out;
-  out.direction = normalize(emission.right * d.x + cross(emission.right, emission.aim) * d.y + emission.aim * d.z);
+  out.direction =
+      normalize(luminaire_axes(emission.right, emission.aim).to_world(emission.profile->sample(u_direction)));
   const auto projected = [&](std::uint32_t i) {
     const DiffuseTriangle& placed = scene.diffuse_triangle(emission.first_triangle + i);
     const float facing = dot(cross(placed.edge[0], placed.edge[1]), out.direction);
@@ -120,10 +120,10 @@ EmittedPhoton emit_from_opening(const Scene& scene, const Emission& emission, RG
   for (std::uint32_t i = 0; i < emission.triangle_count; ++i) {
     const float area = projected(i);
     if (!(area > 0)) continue;
-    if (share > 0 && left < share) break;
-    if (share > 0) left -= share;
     chosen = i;
     share = area;
+    if (left < area) break;
+    left -= area;
   }
   const std::uint32_t triangle = emission.first_triangle + chosen;
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
@@ -199,8 +199,7 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
   EmittedPhoton out;
   out.origin = light.position;
   if (light.kind == LightKind::luminaire) {
-    const Vec3 d = light.table->sample(u_direction);
-    out.direction = normalize(light.right * d.x + cross(light.right, light.direction) * d.y + light.direction * d.z);
+    out.direction = normalize(luminaire_axes(light.right, light.direction).to_world(light.table->sample(u_direction)));
   } else {
     out.direction = square_to_sphere(u_direction);
   }

@@ -21,7 +21,7 @@ enum class MaterialKind : std::uint8_t {
   coated_conductor,    ///< a conductor under a dielectric coat
   metallic_roughness,  ///< glTF 2.0, appendix B: base colour, metallic, roughness, specular, clearcoat, transmission
   mix,                 ///< one of two other materials, chosen by amount
-  interface,           ///< parts two media; light passes it straight, unchanged; or adds its emission to that light
+  interface,           ///< parts two media; light passes straight through, and its emission is added
   measured,            ///< scatters by matrices
 };
 
@@ -76,7 +76,7 @@ struct Material {
   std::uint32_t mix_a = kNone, mix_b = kNone;  ///< mix: materials at amount 0 and 1
   FloatInput mix_amount{0.5f};
 
-  std::shared_ptr<const MeasuredBsdf> measured;  ///< never null of its kind
+  std::shared_ptr<const MeasuredBsdf> measured;  ///< measured: never null
   /// measured: towards azimuth 90 degrees of its front, with y up; about -z where it lies along the normal
   Vec3 measured_up{0, 1, 0};
 

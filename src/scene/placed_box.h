@@ -1,4 +1,4 @@
-// Boxes of instances.
+// Boxes under transforms.
 #pragma once
 #include "core/box.h"
 #include "core/transform.h"
@@ -6,11 +6,11 @@
 namespace glowworm {
 
 /// The box around a transformed box.
-inline Box3 placed_box(const Transform& to_world, const Box3& mesh) {
+inline Box3 placed_box(const Transform& map, const Box3& given) {
   Box3 box;
   for (int corner = 0; corner < 8; ++corner)
-    box.grow(to_world.point({corner & 1 ? mesh.max.x : mesh.min.x, corner & 2 ? mesh.max.y : mesh.min.y,
-                             corner & 4 ? mesh.max.z : mesh.min.z}));
+    box.grow(map.point({corner & 1 ? given.max.x : given.min.x, corner & 2 ? given.max.y : given.min.y,
+                        corner & 4 ? given.max.z : given.min.z}));
   return box;
 }
 

@@ -59,8 +59,9 @@ void check_instances(const SceneDescription& d) {
   std::size_t next = g.triangles.size();
   for (const Instance& instance : g.instances) {
     if (instance.mesh >= g.meshes.size() || !is_placeable(instance.to_world) || instance.first != next)
-      throw Error(fmt::format("instance {} has no mesh, no place or no number", &instance - g.instances.data()),
-                  kImporterRemedy);
+      throw Error(
+          fmt::format("instance {} has an invalid mesh, transform or triangle number", &instance - g.instances.data()),
+          kImporterRemedy);
     next += g.meshes[instance.mesh]->triangles.size();
   }
 }

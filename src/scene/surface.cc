@@ -283,7 +283,7 @@ Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
   Bsdf bsdf = bsdf_of(scene.textures(), m, point.texture);
   if (m.anisotropy.value > 0) apply_anisotropy(scene, m, point, bsdf);
   if (m.kind == MaterialKind::measured) {
-    // x of its space lies across up: to the right of who looks at the front.
+    // x of its space lies across up: to the right as seen from the front.
     const Vec3 n = point.frame.n, across = cross(m.measured_up, n);
     const bool stands = length_squared(across) > 1e-6f * length_squared(m.measured_up);
     point.frame = frame_along(n, stands ? across : cross(Vec3{0, 0, -1}, n));
@@ -297,8 +297,7 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
   if (index == kNone) return RGB(0.0f);
   const Emission& emission = scene.emissions()[index];
   if (!emission.two_sided && dot(point.geometric_normal, wo) <= 0) return RGB(0.0f);
-  const RGB radiance = evaluate(scene.textures(), emission.radiance, point.texture);
-  return emission.profile ? radiance * relative_radiance(emission, wo) : radiance;
+  return evaluate(scene.textures(), emission.radiance, point.texture) * relative_radiance(emission, wo);
 }
 
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction) {

@@ -267,9 +267,8 @@ ViewFrame Session::next_frame(const ViewState& state, double seconds, bool inter
   }
   if (change.moment)
     show_moment(state);
-  else if (!first && change.lights)
+  else if (first ? !state.lights.empty() : change.lights)
     set_lights(state);
-  if (first && !state.lights.empty()) set_lights(state);
   if (change.moment || change.lights || change.picture || first) history_.clear();
   state_ = state;
   started_ = true;

@@ -195,12 +195,6 @@ void check_part(const RenderSettings& asked) {
     throw Error("--part with --time needs --samples", "All parts must agree on the number of samples.");
 }
 
-void check_shutter(const RenderSettings& asked) {
-  if (asked.noise_target > 0 || asked.time_limit_s > 0)
-    throw Error("a picture with motion blur cannot end by --time or --noise",
-                "Give --samples in place of it, or --shutter 0.");
-}
-
 std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
   const std::size_t count = std::min(names.size(), kMostGuideCameras);
   std::vector<std::string> out;
@@ -241,7 +235,6 @@ RenderSettings resolve(const RenderSettings& asked, const Scene& scene) {
   check_settings(asked);
   RenderSettings s = asked;
   check_part(s);
-  if (!s.slice.is_all()) check_shutter(s);
   resolve_size(s, scene);
   s.bounds = resolved_bounds(s, scene.film());
   for (const std::string& aov : s.aovs) name_index("AOV", aov, aov_names());

@@ -180,10 +180,6 @@ void check_part(const RenderSettings& asked);
 /// Most slices of the time of a shutter.
 inline constexpr std::uint32_t kMostSlices = 32;
 
-/// Throws Error if a picture with motion blur cannot be rendered with these settings as they are asked for: if the
-/// number of samples depends on time or noise.
-void check_shutter(const RenderSettings& asked);
-
 /// Returns the settings with every automatic value replaced. Values that affect the picture depend only on the scene
 /// and the other settings, never on the machine, its cores or its memory. Throws Error for impossible values (a size of
 /// 0, an unknown AOV).

@@ -39,8 +39,8 @@ void look_at(const Scene& scene, const std::vector<std::uint32_t>& triangles, st
   std::vector<double> until;
   double area = 0;
   for (const std::uint32_t t : triangles) {
-    const auto& [a, b, c] = g.triangles[t];
-    area += length(cross(g.positions[b] - g.positions[a], g.positions[c] - g.positions[a]));
+    const auto [a, b, c] = g.corners(t);
+    area += length(cross(b - a, c - a));
     until.push_back(area);
   }
   for (std::uint32_t i = 0; i < kPlaces; ++i) {
@@ -61,12 +61,21 @@ void look_at(const Scene& scene, const std::vector<std::uint32_t>& triangles, st
 }  // namespace
 
 std::vector<std::string> steep_map_notes(const Scene& scene) {
-  const std::vector<std::uint32_t>& materials = scene.geometry().material;
+  const Geometry& g = scene.geometry();
   std::vector<std::vector<std::uint32_t>> triangles(scene.materials().size());
   std::vector<bool> mapped(scene.materials().size());
   for (std::uint32_t m = 0; m < mapped.size(); ++m) mapped[m] = has_map(scene, m);
-  for (std::uint32_t t = 0; t < materials.size(); ++t)
-    if (mapped[materials[t]]) triangles[materials[t]].push_back(t);
+  const auto add = [&](std::uint32_t first, const std::vector<std::uint32_t>& materials) {
+    for (std::uint32_t t = 0; t < materials.size(); ++t)
+      if (mapped[materials[t]]) triangles[materials[t]].push_back(first + t);
+  };
+  add(0, g.material);
+  // A mesh counts once, however often it is placed.
+  std::vector<bool> added(g.meshes.size());
+  for (const Instance& instance : g.instances) {
+    if (!added[instance.mesh]) add(instance.first, g.meshes[instance.mesh]->material);
+    added[instance.mesh] = true;
+  }
   std::vector<Looked> looked(scene.materials().size());
   for (const std::vector<std::uint32_t>& of_one : triangles)
     if (!of_one.empty()) look_at(scene, of_one, looked);

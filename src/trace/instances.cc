@@ -1,5 +1,5 @@
-// How Embree meets instances: as primitives of a geometry of our own, which cost little memory each, and which
-// transform rays with few roundings.
+// Instances for Embree: primitives of a user geometry, which take little memory each, and whose callbacks transform
+// rays with few roundings.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -98,7 +98,7 @@ void occlude_instance(const RTCOccludedFunctionNArguments* args) {
 
 }  // namespace
 
-// It is cheap beside the search through the mesh, and would take memory for each instance.
+// Computed for each use: that is cheap beside the search through the mesh, and a stored one takes memory.
 Transform inverse_of(const Instance& instance) {
   const Transform& m = instance.to_world;
   const TransformDouble exact{Vec3d(m.x), Vec3d(m.y), Vec3d(m.z), {}};

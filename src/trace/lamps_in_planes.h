@@ -9,7 +9,8 @@
 namespace glowworm {
 
 /// A lamp exactly in a ceiling's plane is as far along every ray as the ceiling, so rounding would decide which of them
-/// a ray meets. Here the lamp wins: the surface behind it is absent where the lamp lies. Lamps that rays pass are none.
+/// a ray meets. Here the lamp wins: the surface behind it is absent where the lamp lies. Lamps that rays pass through
+/// are left out.
 class LampsInPlanes {
  public:
   /// Calls visit(triangle) for all triangles near a ball, as Tracer::visit_near() does.

@@ -83,7 +83,7 @@ struct Tracer::Implementation {
 /// The inverse of an instance's map, without its translation.
 Transform inverse_of(const Instance& instance);
 
-/// Tells Embree how to meet the instances of a scene. @param shape its user data are the Implementation
+/// Sets Embree's callbacks for the instances of a scene. @param shape its user data are the Implementation
 void set_instance_functions(RTCGeometry shape);
 
 /// A pane that a ray passes.

@@ -66,7 +66,7 @@ struct Model {
     Job job(scene, tracer, s, nullptr, 0, points);
     job.wait();
     return {coefficients_of(job, sensors.size(), grid.places().size()),
-            straight_sun(*tracer, *points, sensors.size(), sky)};
+            direct_sun(*tracer, *points, sensors.size(), sky)};
   }
 };
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scene/instance_parts.h"
 #include "scene/scene_parts.h"
 #include "settings/steep_maps.h"
 
@@ -66,6 +67,15 @@ TEST(SteepMapNotes, NameMaterialsWhoseMapsTurnNormalsFar) {
   EXPECT_THAT(steep_map_notes(Scene(bumpy(0.5f, 0.8f))), testing::IsEmpty()) << "a slope below 1";
   EXPECT_THAT(steep_map_notes(Scene(bumpy(0.02f, 1.2f))), testing::IsEmpty()) << "a small share";
   EXPECT_THAT(steep_map_notes(Scene(floor_description())), testing::IsEmpty());
+}
+
+TEST(SteepMapNotes, CountMeshesOfInstances) {
+  SceneDescription d = bumpy(0.5f, 1.2f);
+  Geometry floor = std::move(d.geometry);
+  d.geometry = Geometry();
+  floor.emission.assign(floor.triangles.size(), kNone);
+  add_places(d, add_shared_mesh(d, std::move(floor)), {Transform(), {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 5}}});
+  EXPECT_THAT(steep_map_notes(Scene(std::move(d))), testing::ElementsAre(testing::HasSubstr("on 50% of its surface")));
 }
 
 TEST(SteepMapNotes, NameThePartsOfAMix) {

@@ -554,6 +554,13 @@ TEST(SceneChecks, RejectsValuesBeyondTheRangeOfEmbree) {
               HasSubstr("m across, but its size must be at least 1e-07 m"));
 }
 
+TEST(SceneChecks, InstancesHaveMeshes) {
+  EXPECT_THAT(refusal_of([](SceneDescription& d) {
+                d.geometry.instances.push_back({Transform(), 7, 0, 0});
+              }),
+              HasSubstr("instance 0 has an invalid mesh"));
+}
+
 TEST(SceneChecks, LightsAreNeitherNegativeNorInfinite) {
   using D = SceneDescription;
   EXPECT_THAT(refusal_of([](D& d) {

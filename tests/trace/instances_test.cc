@@ -151,7 +151,6 @@ TEST(Instances, AreNotMetAgainByRaysThatLeaveThem) {
   for (std::uint32_t i = 0; i < 40; ++i) add_places(d, mesh, {random_place(i, false, i % 2 ? 0.1f : 3, 200)});
   const Scene scene(d);
   const Tracer tracer(scene);
-  std::size_t starts = 0;
   for (std::uint32_t i = 0; i < 60'000; ++i) {
     Sampler sampler(SamplerKind::independent, 9, 2, i);
     const auto triangle =
@@ -165,9 +164,7 @@ TEST(Instances, AreNotMetAgainByRaysThatLeaveThem) {
     ASSERT_TRUE(away.triangle == kNone || scene.geometry().stored(away.triangle).instance != &own) << i;
     const Hit across = tracer.intersect({offset_origin(p.position, -p.geometric_normal, p.offset), 0, -out, kForever});
     ASSERT_NE(across.triangle, kNone) << i;
-    ++starts;
   }
-  EXPECT_EQ(starts, 60'000u);
 }
 
 TEST(Instances, AreVisitedNearAPoint) {

@@ -37,7 +37,6 @@ namespace {
 
 constexpr int kDeepestNode = 1000;
 /// Frames of an animation whose cameras are read: longer ones are not one sequence.
-constexpr std::uint32_t kMostFrames = 100'000;
 
 /// Whether all numbers are finite as floats.
 bool is_finite(const Transform& t) {
@@ -87,7 +86,7 @@ class GltfBuilder {
     // with a glowing lamp.
     description_.emission_may_be_decoration = true;
     note_variants();
-    if ((!motion_ || motion_->is_still) && moment_.seconds == 0)
+    if ((!motion_ || (motion_->is_still && motion_->slice_count() == 0)) && moment_.seconds == 0)
       notes_.add("animation: the first moment is shown; --at shows another", model_.animations.size());
     if (parts_) notes_.add("skin: its mesh gets the light of the file's pose", model_.skins.size());
     notes_.write_to(description_.notes);
@@ -171,9 +170,7 @@ class GltfBuilder {
       camera_index = placed.index;
     }
     motion_->anything_else_moves = moves_properties(document_, moment_.animation);
-    const double frames = std::ceil(motion_->length * motion_->frames_per_second) + 1;
-    if (!motion_->is_still)
-      motion_->frames = std::max(motion_->frames, static_cast<std::uint32_t>(std::min(frames, double{kMostFrames})));
+    motion_->cover_length();
     for (const FrameMoment moment : motion_->moments()) {
       if (!camera && motion_->anything_else_moves) break;
       const GltfPose pose(document_, {moment_.animation, motion_->seconds(moment)});

@@ -16,6 +16,7 @@
 #include "import/gltf/check.h"
 #include "import/gltf/compression.h"
 #include "import/gltf/document.h"
+#include "import/mesh_tools.h"
 
 namespace glowworm {
 
@@ -221,7 +222,7 @@ void skin(AttributeReader& reader, const std::vector<Transform>& joints, const s
     mirrors = mirrors && to_world.determinant() < 0;
   }
   if (!mirrors) return;
-  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  reverse_winding(mesh);
 }
 
 }  // namespace

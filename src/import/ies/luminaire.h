@@ -15,7 +15,7 @@ bool is_photometric_file(const std::string& path);
 struct LampSet {
   std::string name;  ///< the type of its lamps
   float flux = 0;    ///< of all lamps, lm; 0: unknown
-  float power = 0;   ///< with what the luminaire takes, W; 0: unknown
+  float power = 0;   ///< of all lamps with their gear, W; 0: unknown
 };
 
 /// What a photometric file says.

@@ -144,9 +144,7 @@ float clearance(const SceneDescription& scene, Vec3 place) {
   return kRoundings * largest;
 }
 
-Vec3 to_scene(const Light& light, Vec3 v) {
-  return light.right * v.x + cross(light.right, light.direction) * v.y + light.direction * v.z;
-}
+Vec3 to_scene(const Light& light, Vec3 v) { return luminaire_axes(light.right, light.direction).to_world(v); }
 
 /// @param light its direction and right side are unit and perpendicular
 void add_opening(SceneDescription& scene, const Light& light, std::uint32_t material) {

@@ -1,8 +1,6 @@
-// What people ask of a photometric file: flux, peak, symmetry, and the polar curve.
+// Key figures of a photometric file, and its polar curve.
 #pragma once
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "image/image.h"
 #include "import/ies/luminaire.h"
@@ -16,8 +14,8 @@ struct Photometry {
   double efficacy = 0;      ///< lm/W; 0: the power is unknown
   double candela = 0;       ///< the greatest intensity
   double c = 0, gamma = 0;  ///< its direction, degrees, as type C has them
-  std::string symmetry;     ///< "around the axis", "to both planes", ...
-  std::string opening;      ///< "disc, 0.5 m"
+  std::string symmetry;     ///< "around the axis", "to the plane C0-C180", ..., "none"
+  std::string opening;      ///< its shape and sizes; "point" without any
 };
 Photometry photometry_of(const PhotometricFile& file);
 

@@ -504,10 +504,7 @@ void PbrtBuilder::State::add_motion() {
   if (motion) {
     if (!motion->shutter && shutter.close > shutter.open) motion->shutter = shutter;
     motion->length = std::max(moving ? moving_until : 0, moving_camera ? camera_last_time : 0);
-    const double frames = std::ceil(motion->length * motion->frames_per_second) + 1;
-    constexpr double kMostFrames = 100'000;
-    if (!motion->is_still)
-      motion->frames = std::max(motion->frames, static_cast<std::uint32_t>(std::clamp(frames, 1.0, kMostFrames)));
+    motion->cover_length();
     const auto phase = [&](FrameMoment m) { return std::clamp(motion->seconds(m), moving_from, moving_until); };
     const std::vector<FrameMoment> moments = motion->moments();
     motion->anything_else_moves = moving && std::any_of(moments.begin(), moments.end(), [&](FrameMoment m) {

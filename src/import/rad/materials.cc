@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 
-#include "core/lines.h"
 #include "import/material_text.h"
 #include "import/mesh_tools.h"
 #include "import/window/bsdf_xml.h"
@@ -226,7 +226,7 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
     throw Error(p.place, fmt::format("{} '{}' has {} numbers", p.type, p.name, p.numbers.size()),
                 type->least_numbers == type->most_numbers
                     ? fmt::format("Expected: {}.", type->least_numbers)
-                    : fmt::format("Expected: {} or more, up to {}.", type->least_numbers, type->most_numbers));
+                    : fmt::format("Expected: {} to {}.", type->least_numbers, type->most_numbers));
   const std::uint32_t below = index_of(p.modifier, p.place);
   const TransformDouble& m = placement.to_world;
   const bool turns = type->treatment == Treatment::pattern || type->treatment == Treatment::measured;
@@ -317,10 +317,9 @@ RadModifier RadMaterials::glowing(const RadPrimitive& p) {
 RadModifier RadMaterials::mixed(const RadPrimitive& p) {
   if (p.words.size() < 2) throw Error(p.place, fmt::format("{} '{}' lacks the names of two modifiers", p.type, p.name));
   float amount = 0.5f;
-  double given = 0;
-  std::string_view function = p.type == "mixfunc" && p.words.size() > 2 ? std::string_view(p.words[2]) : "";
-  if (take_number(function, given) && function.empty())
-    amount = share(given);
+  const std::string_view function = p.type == "mixfunc" && p.words.size() > 2 ? std::string_view(p.words[2]) : "";
+  if (const std::optional<double> given = rad_number(function))
+    amount = share(*given);
   else
     notes_.add(fmt::format("{} '{}': its function is not read, and both parts count half", p.type, p.name));
   const RadModifier front = on_surface(p.words[0], p.place), back = on_surface(p.words[1], p.place);
@@ -398,9 +397,7 @@ Material RadMaterials::dielectric(const RadPrimitive& p) {
 Material RadMaterials::measured(const RadPrimitive& p, const RadPlacement& placement) {
   const std::size_t first = p.type == "BSDF" ? 1 : 0;
   if (p.words.size() < first + 4) throw Error(p.place, fmt::format("{} '{}' lacks words", p.type, p.name));
-  double thickness = 0;
-  std::string_view word = p.words[0];
-  if (first == 1 && !(take_number(word, thickness) && word.empty() && thickness == 0))
+  if (first == 1 && rad_number(p.words[0]) != 0.0)
     notes_.add(fmt::format("BSDF '{}' has no thickness here: it stands for no other geometry", p.name));
   if (std::any_of(p.numbers.begin(), p.numbers.end(), [](double x) { return x != 0; }))
     notes_.add(fmt::format("{} '{}': its additional diffuse colours are left out", p.type, p.name));
@@ -413,8 +410,9 @@ Material RadMaterials::measured(const RadPrimitive& p, const RadPlacement& place
   Vec3d up{0, 0, 1}, given;
   bool known = true;
   for (int i = 0; i < 3; ++i) {
-    std::string_view number = p.words[first + 1 + static_cast<std::size_t>(i)];
-    known = take_number(number, given[i]) && number.empty() && known;
+    const std::optional<double> number = rad_number(p.words[first + 1 + static_cast<std::size_t>(i)]);
+    known = known && number;
+    given[i] = number.value_or(0);
   }
   if (known && length(given) > 0)
     up = given;

@@ -80,12 +80,7 @@ class CopyReader {
     const std::string& text = argument();
     return rad_number(text, "a number of xform", place_);
   }
-  std::size_t count() {
-    const double value = number();
-    if (value < 0 || value != std::floor(value) || value > 1e9)
-      throw Error(place_, fmt::format("xform -i {} is not a count", words_[at_]));
-    return static_cast<std::size_t>(value);
-  }
+  std::size_t count() { return rad_count(argument(), "a count of xform", place_); }
   TransformDouble transform() {
     const std::string word = words_[at_];
     const auto axis = static_cast<int>(std::string_view("xyz").find(word.back()));
@@ -135,14 +130,12 @@ class Copies {
 
  private:
   void expand_array(const Words& words, Words::const_iterator found, int level) {
-    const double copies = rad_number(found[1], "the count of an array", place_);
-    if (copies < 0 || copies != std::floor(copies))
-      throw Error(place_, fmt::format("xform -a {} is not a count", found[1]));
+    const std::size_t copies = rad_count(found[1], "the count of an array", place_);
     Words one = words;
     const auto at = static_cast<std::size_t>(found - words.begin());
     one[at] = "-i";
-    for (double i = 0; i < copies; ++i) {
-      one[at + 1] = fmt::format("{:.0f}", i);
+    for (std::size_t i = 0; i < copies; ++i) {
+      one[at + 1] = std::to_string(i);
       expand(one, level + 1);
     }
   }

@@ -91,7 +91,8 @@ class RadReader {
     } else if (name == "genbox" && count == 1) {
       read(rad_box(words, place), place, placement);
     } else {
-      throw Error(place, fmt::format("the command '!{}' is not run: no command is, but xform, genbox and cat", command),
+      throw Error(place,
+                  fmt::format("the command '!{}' is not supported: only xform, genbox and cat are evaluated", command),
                   "Run it yourself, and keep its output in a .rad file that takes its place.");
     }
   }

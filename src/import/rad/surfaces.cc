@@ -81,7 +81,7 @@ TransformDouble about_axis(Vec3d origin, Vec3d axis) {
 }
 
 void turn_over(Geometry& mesh) {
-  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  reverse_winding(mesh);
   for (Vec3& n : mesh.normals) n = -n;
 }
 

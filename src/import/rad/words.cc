@@ -65,13 +65,7 @@ std::string RadWords::word(std::string_view wanted) {
   return out;
 }
 
-std::size_t RadWords::count(std::string_view what) {
-  const std::string text = word(what);
-  const double value = rad_number(text, what, place_);
-  if (value < 0 || value != std::floor(value) || value > 1e9)
-    throw Error(place_, fmt::format("'{}' is not {}", text, what), kForm);
-  return static_cast<std::size_t>(value);
-}
+std::size_t RadWords::count(std::string_view what) { return rad_count(word(what), what, place_); }
 
 RadPrimitive RadWords::primitive() {
   RadPrimitive out;
@@ -110,7 +104,7 @@ std::vector<std::vector<std::string>> rad_pipeline(const std::string& command, c
         } else if (!quote && (is_blank(next) || next == '|')) {
           break;
         } else if (!quote && std::string_view(";&<>$`()*?\\").find(next) != std::string_view::npos) {
-          throw Error(place, fmt::format("the command '!{}' needs a shell, and no command is run", command),
+          throw Error(place, fmt::format("the command '!{}' needs a shell, which is never started", command),
                       "Run it yourself, and keep its output in a .rad file that takes its place.");
         } else {
           word.push_back(next);
@@ -125,12 +119,23 @@ std::vector<std::vector<std::string>> rad_pipeline(const std::string& command, c
   return stages;
 }
 
-double rad_number(std::string_view word, std::string_view what, const FilePlace& place) {
+std::optional<double> rad_number(std::string_view word) {
   double value = 0;
-  std::string_view rest = word;
-  if (!take_number(rest, value) || !rest.empty() || !std::isfinite(static_cast<float>(value)))
-    throw Error(place, fmt::format("'{}' is not {}", word, what), kForm);
+  if (!take_number(word, value) || !word.empty() || !std::isfinite(static_cast<float>(value))) return std::nullopt;
   return value;
+}
+
+double rad_number(std::string_view word, std::string_view what, const FilePlace& place) {
+  const std::optional<double> value = rad_number(word);
+  if (!value) throw Error(place, fmt::format("'{}' is not {}", word, what), kForm);
+  return *value;
+}
+
+std::size_t rad_count(std::string_view word, std::string_view what, const FilePlace& place) {
+  const double value = rad_number(word, what, place);
+  if (value < 0 || value != std::floor(value) || value > 1e15)
+    throw Error(place, fmt::format("'{}' is not {}", word, what), kForm);
+  return static_cast<std::size_t>(value);
 }
 
 }  // namespace glowworm

@@ -1,5 +1,7 @@
 // Words and numbers of Radiance's scene files.
 #pragma once
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,7 +49,11 @@ class RadWords {
 /// that a shell would act on.
 std::vector<std::vector<std::string>> rad_pipeline(const std::string& command, const FilePlace& place);
 
-/// A number that is the whole word and finite. Throws Error that names what it is.
+/// A number that is the whole word and finite as a float; empty for other words.
+std::optional<double> rad_number(std::string_view word);
+/// The same. Throws Error that names what it is, for other words.
 double rad_number(std::string_view word, std::string_view what, const FilePlace& place);
+/// A whole number that is not negative. Throws Error that names what it is, for other words.
+std::size_t rad_count(std::string_view word, std::string_view what, const FilePlace& place);
 
 }  // namespace glowworm
