@@ -206,7 +206,8 @@ const LitScene& Sequence::scene_at(FrameMoment moment) {
   lit_ = {};
   const std::shared_ptr<const Scene> unlit = moves() ? open_at_(timing_.seconds(moment)) : scene_;
   const bool edited = std::any_of(lights.begin(), lights.end(), [](const LightEdit& e) { return !(e == LightEdit()); });
-  const std::shared_ptr<const Scene> lit = edited ? LightRig(unlit).edited(lights) : unlit;
+  const LightRig rig(unlit);
+  const std::shared_ptr<const Scene> lit = edited ? rig.edited(rig.edits_of(LightRig(scene_), lights)) : unlit;
   if (!(lit->light_power().total() > 0))
     throw Error(fmt::format("no light is on in frame {}", moment.frame), "Leave one on in each frame of the script.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};

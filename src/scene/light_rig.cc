@@ -88,6 +88,21 @@ std::vector<std::uint32_t> LightRig::movable_triangles() const {
   return all;
 }
 
+void LightRig::check_count(const std::vector<LightEdit>& edits) const {
+  if (edits.size() != lights_.size())
+    throw Error(fmt::format("{} lights were to be edited, but the scene has {}", edits.size(), lights_.size()));
+}
+
+std::vector<LightEdit> LightRig::edits_of(const LightRig& other, const std::vector<LightEdit>& edits) const {
+  if (edits.empty()) return {};
+  other.check_count(edits);
+  std::map<std::string, LightEdit> named;
+  for (std::size_t i = 0; i < edits.size(); ++i) named[other.lights_[i].name] = edits[i];
+  std::vector<LightEdit> out;
+  for (const RigLight& light : lights_) out.push_back(named[light.name]);
+  return out;
+}
+
 bool LightRig::same_geometry(const std::vector<LightEdit>& a, const std::vector<LightEdit>& b) const {
   const LightEdit none;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
@@ -120,8 +135,7 @@ std::shared_ptr<const Geometry> LightRig::moved_geometry(const std::vector<Light
 
 std::shared_ptr<const Scene> LightRig::edited(const std::vector<LightEdit>& edits) const {
   if (edits.empty()) return scene_;
-  if (edits.size() != lights_.size())
-    throw Error(fmt::format("{} lights were to be edited, but the scene has {}", edits.size(), lights_.size()));
+  check_count(edits);
   if (std::all_of(edits.begin(), edits.end(), [](const LightEdit& e) { return e == LightEdit(); })) return scene_;
   SceneEdit tables{scene_->emissions(), scene_->lights(), scene_->environment(), moved_geometry(edits), {}, {}};
   for (std::size_t i = 0; i < edits.size(); ++i) {

@@ -44,12 +44,16 @@ class LightRig {
   /// Triangles that an edit may move.
   std::vector<std::uint32_t> movable_triangles() const;
 
+  /// The edits of another rig's lights for those of the same names here. Other lights stay unedited: a light that is
+  /// black at a moment of an animation is not in that scene's rig.
+  std::vector<LightEdit> edits_of(const LightRig& other, const std::vector<LightEdit>& edits) const;
   /// Whether positions of triangles differ between the two.
   bool same_geometry(const std::vector<LightEdit>& a, const std::vector<LightEdit>& b) const;
   /// The scene with edited lights. @param edits one for each of lights(), or none: the scene unchanged
   std::shared_ptr<const Scene> edited(const std::vector<LightEdit>& edits) const;
 
  private:
+  void check_count(const std::vector<LightEdit>& edits) const;
   std::shared_ptr<const Geometry> moved_geometry(const std::vector<LightEdit>& edits) const;
 
   std::shared_ptr<const Scene> scene_;

@@ -107,6 +107,7 @@ Session::Session(std::shared_ptr<const Scene> scene, const SessionSettings& sett
       moments_(std::move(moments)),
       base_(std::move(scene)),
       rig_(base_),
+      moment_rig_(rig_),
       scene_(base_),
       tracer_(std::make_unique<Tracer>(*base_)),
       budget_(settings.memory_bytes ? settings.memory_bytes : physical_memory_bytes() / 2) {
@@ -144,7 +145,7 @@ void Session::show_moment(const ViewState& state) {
   std::shared_ptr<const Scene> base = moments_.at(state.seconds);
   LightRig rig(base);
   tracer_ = std::make_unique<Tracer>(*base);  // the last that may throw
-  rig_ = std::move(rig);
+  moment_rig_ = std::move(rig);
   base_ = std::move(base);
   moments_.seconds = state.seconds;
   movable_ = false;
@@ -153,11 +154,12 @@ void Session::show_moment(const ViewState& state) {
 }
 
 void Session::set_lights(const ViewState& state) {
-  const bool same_geometry = rig_.same_geometry(state.lights, state_.lights);
-  const std::shared_ptr<const Scene> edited = rig_.edited(state.lights);
+  const std::vector<LightEdit> edits = moment_rig_.edits_of(rig_, state.lights);
+  const bool same_geometry = moment_rig_.same_geometry(edits, moment_rig_.edits_of(rig_, state_.lights));
+  const std::shared_ptr<const Scene> edited = moment_rig_.edited(edits);
   if (!same_geometry && !movable_) {
     // Only now, since rays are a little faster in a structure of one piece.
-    tracer_ = std::make_unique<Tracer>(*base_, rig_.movable_triangles());
+    tracer_ = std::make_unique<Tracer>(*base_, moment_rig_.movable_triangles());
     movable_ = true;
   }
   tracer_->follow(*edited);

@@ -31,7 +31,7 @@ struct SessionSettings {
 
 /// The moments of a scene that moves.
 struct SceneMoments {
-  std::function<std::shared_ptr<const Scene>(double seconds)> at;  ///< may throw; the lights are those of any moment
+  std::function<std::shared_ptr<const Scene>(double seconds)> at;  ///< may throw
   double seconds = 0;  ///< the moment of the scene that the session begins with
   double length = 0;   ///< of the animation, s; 0: nothing moves
 };
@@ -53,6 +53,7 @@ class Session {
   /// The scene's first camera, unedited lights, and the scene's size or 512 x 512.
   ViewState initial_state() const;
   const Scene& scene() const { return *base_; }
+  /// The lights of the first moment, which ViewState::lights edits.
   const LightRig& rig() const { return rig_; }
 
   /// Renders the next frame. Throws Error for an impossible state, and Cancelled when interrupted; the next call then
@@ -90,7 +91,8 @@ class Session {
   SessionSettings settings_;
   SceneMoments moments_;
   std::shared_ptr<const Scene> base_;
-  LightRig rig_;
+  LightRig rig_;                        // of the first moment
+  LightRig moment_rig_;                 // of base_
   std::shared_ptr<const Scene> scene_;  // in the light of state_
   std::unique_ptr<Tracer> tracer_;
   bool movable_ = false;  // whether the tracer's structure has movable triangles

@@ -211,6 +211,26 @@ TEST_F(GltfPointerTest, MaterialsAndNodesChange) {
   EXPECT_FLOAT_EQ(d.materials[0].reflectance.value.r, 0.25f);
 }
 
+TEST_F(GltfPointerTest, CamerasOfAllFramesFollowPointers) {
+  file_.add("nodes", {{"children", {file_.json["nodes"].size() + 1}}});
+  const std::string arm = std::to_string(file_.json["nodes"].size() - 1);
+  file_.add("nodes", {{"camera", 0}});
+  file_.add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
+  move("/nodes/" + arm + "/translation", {0, 0, 0, 8, 0, 0}, "VEC3");
+  move("/cameras/0/perspective/yfov", {1, 2}, "SCALAR");
+  ImportOptions options;
+  options.motion = std::make_shared<SceneMotion>();
+  options.motion->frames_per_second = 1;
+  const SceneDescription d = load_scene(write_gltf(file_), options);
+  EXPECT_FALSE(options.motion->anything_else_moves);
+  ASSERT_EQ(d.cameras.size(), 4u);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const auto t = static_cast<float>(i);
+    EXPECT_FLOAT_EQ(d.cameras[i + 1].to_world.translation.x, 4 * t);
+    EXPECT_FLOAT_EQ(d.cameras[i + 1].half_extent, std::tan((1 + t / 2) / 2));
+  }
+}
+
 TEST_F(GltfPointerTest, WhatDoesNotExistIsLeftOut) {
   // Indices are no quantities.
   for (const char* pointer :

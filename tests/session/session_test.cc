@@ -192,6 +192,32 @@ TEST_F(SessionTest, ShowsAnotherMomentAsASceneOfItsOwn) {
   EXPECT_NEAR(mean_luminance(moving.next_frame(state, 3)) / mean_luminance(shown), 2, 0.1);
 }
 
+TEST_F(SessionTest, EditsLightsByNameWhereOneIsBlackAtAMoment) {
+  SceneMoments moments;
+  moments.length = 2;
+  moments.at = [](double seconds) {
+    SceneDescription scene = builtin_scene("cornell");
+    Light light;
+    light.name = "bulb";
+    light.position = {0, 0.5f, 0};
+    light.intensity = RGB(1);
+    scene.lights.push_back(light);
+    if (seconds == 1) scene.emissions[0].radiance.value = RGB(0);
+    return std::make_shared<const Scene>(std::move(scene));
+  };
+  Session session(moments.at(0), SessionSettings(), moments);
+  ViewState state = small_state(session);
+  state.reuse = false;
+  ASSERT_EQ(state.lights.size(), 2u);
+  state.lights[0].scale = 3;
+  session.next_frame(state, 0);
+  state.seconds = 1;
+  const float bulb = mean_luminance(session.next_frame(state, 1));
+  state.lights[1].scale = 2;
+  EXPECT_NEAR(mean_luminance(session.next_frame(state, 2)) / bulb, 2, 1e-3);
+  EXPECT_EQ(session.rig().lights().size(), 2u);
+}
+
 TEST_F(SessionTest, IsDarkWithoutLight) {
   next();
   state_.lights[0].on = false;

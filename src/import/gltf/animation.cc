@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string_view>
 
 #include "core/error.h"
@@ -120,11 +121,54 @@ std::vector<float> value_of(const Keys& keys, bool rotation, double seconds) {
   return gltf_value_at(keys.times, keys.values, keys.width, keys.interpolation, rotation, seconds);
 }
 
-/// The properties that an animation moves.
-std::vector<const GltfPointer*> pointers_of(const GltfDocument& document, const tinygltf::Animation* animation) {
+/// What a pointer moves in a pose: numbers of a node or of a camera. All are null if it moves something else.
+struct PoseTarget {
+  std::vector<double>* numbers = nullptr;
+  std::vector<float>* weights = nullptr;
+  double* number = nullptr;
+
+  explicit operator bool() const { return numbers || weights || number; }
+};
+
+/// @param property "/nodes/INDEX/NAME" or "/cameras/INDEX/KIND/NAME"
+PoseTarget find_target(const std::string& property, GltfNodeValues& pose) {
+  static const std::regex kNode("/nodes/([0-9]{1,9})/(translation|rotation|scale|weights)");
+  static const std::regex kCamera("/cameras/([0-9]{1,9})/(?:perspective|orthographic)/(yfov|aspectRatio|xmag|ymag)");
+  std::smatch match;
+  PoseTarget out;
+  if (std::regex_match(property, match, kNode)) {
+    const std::size_t node = std::stoul(match[1]);
+    const std::string name = match[2];
+    if (node >= pose.weights.size()) return out;
+    if (name == "weights")
+      out.weights = &pose.weights[node];
+    else
+      out.numbers = &(name == "rotation" ? pose.rotation : name == "scale" ? pose.scale : pose.translation)[node];
+  } else if (std::regex_match(property, match, kCamera)) {
+    const std::size_t camera = std::stoul(match[1]);
+    const std::string name = match[2];
+    if (camera >= pose.lenses.size()) return out;
+    GltfLens& lens = pose.lenses[camera];
+    out.number = name == "yfov"          ? &lens.yfov
+                 : name == "aspectRatio" ? &lens.aspect_ratio
+                 : name == "xmag"        ? &lens.xmag
+                                         : &lens.ymag;
+  }
+  return out;
+}
+
+/// The properties that an animation moves. @param in_pose those of find_target(), or the others
+std::vector<const GltfPointer*> pointers_of(const GltfDocument& document, const tinygltf::Animation* animation,
+                                            bool in_pose) {
+  GltfNodeValues any;
+  for (auto* values : {&any.translation, &any.rotation, &any.scale}) values->resize(document.model->nodes.size());
+  any.weights.resize(document.model->nodes.size());
+  any.lenses.resize(document.model->cameras.size());
   std::vector<const GltfPointer*> out;
   for (const GltfPointer& pointer : document.pointers)
-    if (animation == &document.model->animations[pointer.animation]) out.push_back(&pointer);
+    if (animation == &document.model->animations[pointer.animation] &&
+        static_cast<bool>(find_target(pointer.property, any)) == in_pose)
+      out.push_back(&pointer);
   return out;
 }
 
@@ -137,12 +181,6 @@ bool is_quantity(const std::string& name) {
                                                 "outerConeAngle",
                                                 "emissiveStrength",
                                                 "alphaCutoff",
-                                                "yfov",
-                                                "aspectRatio",
-                                                "xmag",
-                                                "ymag",
-                                                "translation",
-                                                "rotation",
                                                 "scale",
                                                 "weights",
                                                 "visible",
@@ -173,41 +211,53 @@ nlohmann::json* find_property(nlohmann::json& root, nlohmann::json::json_pointer
   return at;
 }
 
+/// The value of a property at a moment.
+struct PointerValue {
+  std::vector<float> value;
+  bool is_number = false;  ///< of one component
+};
+
+PointerValue read_pointer(const GltfDocument& document, const tinygltf::Animation& animation,
+                          const GltfPointer& pointer, double seconds) {
+  const tinygltf::AnimationSampler& sampler = animation.samplers.at(pointer.sampler);
+  const int type = document.model->accessors[static_cast<std::size_t>(sampler.output)].type;
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  const bool weights = pointer.property.ends_with("/weights");
+  const bool rotation = pointer.property.ends_with("/rotation") && components == 4;
+  const Keys keys = read_keys(document, sampler, components, weights ? 0 : static_cast<std::size_t>(components),
+                              fmt::format("'{}'", pointer.property));
+  return {value_of(keys, rotation, seconds), components == 1};
+}
+
 }  // namespace
 
 bool moves_properties(const GltfDocument& document, const std::string& name) {
-  return !pointers_of(document, find_animation(document, name, 0)).empty();
+  return !pointers_of(document, find_animation(document, name, 0), false).empty();
 }
 
 bool animate_properties(const GltfDocument& document, const std::string& name, double seconds, nlohmann::json& root) {
   if (document.pointers.empty()) return false;
   const tinygltf::Animation* const animation = find_animation(document, name, seconds);
-  for (const GltfPointer* pointer : pointers_of(document, animation)) {
-    const tinygltf::AnimationSampler& sampler = animation->samplers.at(pointer->sampler);
-    const auto accessor = static_cast<std::size_t>(sampler.output);
-    const int type = document.model->accessors[accessor].type;
-    const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  const std::vector<const GltfPointer*> pointers = pointers_of(document, animation, false);
+  for (const GltfPointer* pointer : pointers) {
     try {
       const nlohmann::json::json_pointer path(pointer->property);
       if (path.empty() || !is_quantity(path.back())) continue;
-      const bool weights = path.back() == "weights", rotation = path.back() == "rotation" && components == 4;
-      const Keys keys = read_keys(document, sampler, components, weights ? 0 : static_cast<std::size_t>(components),
-                                  fmt::format("'{}'", pointer->property));
-      const std::vector<float> value = value_of(keys, rotation, seconds);
+      const PointerValue moved = read_pointer(document, *animation, *pointer, seconds);
       nlohmann::json* const property = find_property(root, path);
       if (!property) continue;
       if (path.back() == "visible")
-        *property = value[0] != 0;
-      else if (components == 1 && !weights)
-        *property = value[0];
+        *property = moved.value[0] != 0;
+      else if (moved.is_number && path.back() != "weights")
+        *property = moved.value[0];
       else
-        *property = value;
+        *property = moved.value;
     } catch (const nlohmann::json::exception&) {
       throw Error({document.path}, fmt::format("an animation moves '{}', which is no JSON pointer", pointer->property),
                   "The file is damaged or invalid: export it again.");
     }
   }
-  return true;
+  return !pointers.empty();
 }
 
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& out) {
@@ -231,6 +281,13 @@ void animate(const GltfDocument& document, const std::string& name, double secon
        : path == "scale" ? out.scale
                          : out.translation)[node]
           .assign(value.begin(), value.end());
+  }
+  for (const GltfPointer* pointer : pointers_of(document, animation, true)) {
+    const std::vector<float> value = read_pointer(document, *animation, *pointer, seconds).value;
+    const PoseTarget target = find_target(pointer->property, out);
+    if (target.weights) *target.weights = value;
+    if (target.numbers) target.numbers->assign(value.begin(), value.end());
+    if (target.number) *target.number = value[0];
   }
 }
 

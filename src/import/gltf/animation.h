@@ -13,10 +13,16 @@ namespace glowworm {
 
 struct GltfDocument;
 
+/// Numbers of a camera, as in the file.
+struct GltfLens {
+  double yfov = 0, aspect_ratio = 0, xmag = 0, ymag = 0;
+};
+
 /// Values that a file's nodes have in a pose, by node; as in the file, so an array may be empty.
 struct GltfNodeValues {
   std::vector<std::vector<double>> translation, rotation, scale;
   std::vector<std::vector<float>> weights;  ///< of morph targets
+  std::vector<GltfLens> lenses;             ///< by camera
 };
 
 /// How values between two keys arise (glTF 2.0, appendix C).
@@ -32,16 +38,16 @@ std::vector<float> gltf_value_at(std::span<const float> times, std::span<const f
 /// Seconds of an animation up to its last key. @param name as animate() takes it
 double animation_seconds(const GltfDocument& document, const std::string& name);
 
-/// Sets the values that an animation moves to those of a moment.
+/// Sets the values that an animation moves to those of a moment, by channels of nodes or by KHR_animation_pointer.
 /// @param name of the animation, or its number from 0; empty: the first, if there is one
 /// Throws Error, which lists the animations, for an unknown name, and if an animation has too few numbers.
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& values);
 
-/// The same for properties of materials, lights, cameras and nodes (KHR_animation_pointer), in the file's JSON. Others
-/// stay as they are. Returns whether there are any.
+/// The same for other properties that pointers move, such as those of materials and lights, in the file's JSON. Returns
+/// whether there are any.
 bool animate_properties(const GltfDocument& document, const std::string& name, double seconds, nlohmann::json& root);
 
-/// Whether an animation, named as for animate(), moves such properties.
+/// Whether an animation, named as for animate(), moves what animate_properties() sets.
 bool moves_properties(const GltfDocument& document, const std::string& name);
 
 }  // namespace glowworm

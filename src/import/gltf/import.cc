@@ -36,7 +36,6 @@ namespace glowworm {
 namespace {
 
 constexpr int kDeepestNode = 1000;
-/// Frames of an animation whose cameras are read: longer ones are not one sequence.
 
 /// Whether all numbers are finite as floats.
 bool is_finite(const Transform& t) {
@@ -178,7 +177,7 @@ class GltfBuilder {
           !std::all_of(shown.begin(), shown.end(), [&](int node) { return is_same_in(pose, node); });
       if (!camera) continue;
       const std::size_t before = description_.cameras.size();
-      add_camera(*camera, to_world_in(pose, camera_index).relative_to(origin_.origin()));
+      add_camera(*camera, pose.lens(camera->camera), to_world_in(pose, camera_index).relative_to(origin_.origin()));
       if (description_.cameras.size() > before) description_.cameras.back().name = moment.camera();
     }
   }
@@ -187,7 +186,7 @@ class GltfBuilder {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
     const TransformDouble& to_world = pose_.to_world(index);
     const Transform relative = to_world.relative_to(origin_.origin());
-    if (node.camera >= 0) add_camera(node, relative);
+    if (node.camera >= 0) add_camera(node, pose_.lens(node.camera), relative);
     if (!visible) return notes_.add("hidden mesh, left out (KHR_node_visibility)", node.mesh >= 0);
     if (node.mesh >= 0) add_instances(index, to_world);
     if (const auto* light = find_extension(node.extensions, "KHR_lights_punctual")) {
@@ -396,7 +395,7 @@ class GltfBuilder {
     return tinted_[material] = materials_.add(own ? model_.materials[material] : tinygltf::Material(), true);
   }
 
-  void add_camera(const tinygltf::Node& node, const Transform& to_world) {
+  void add_camera(const tinygltf::Node& node, const GltfLens& lens, const Transform& to_world) {
     const tinygltf::Camera& source = model_.cameras[static_cast<std::size_t>(node.camera)];
     Camera camera;
     camera.name = !node.name.empty() ? node.name : source.name;
@@ -406,11 +405,10 @@ class GltfBuilder {
     double extent = 0;  // half the picture's height, then half its shorter side
     if (source.type == "orthographic") {
       camera.kind = CameraKind::orthographic;
-      extent = std::min(std::abs(source.orthographic.xmag), std::abs(source.orthographic.ymag));
+      extent = std::min(std::abs(lens.xmag), std::abs(lens.ymag));
     } else {
-      extent = std::tan(std::clamp(source.perspective.yfov, 0.0, 3.1) / 2);
-      const double aspect = source.perspective.aspectRatio;
-      if (aspect > 0 && aspect < 1) extent *= aspect;
+      extent = std::tan(std::clamp(lens.yfov, 0.0, 3.1) / 2);
+      if (lens.aspect_ratio > 0 && lens.aspect_ratio < 1) extent *= lens.aspect_ratio;
     }
     camera.half_extent = static_cast<float>(extent);
     if (!(camera.half_extent > 0) || !std::isfinite(camera.half_extent)) {

@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "import/gltf/accessor.h"
-#include "import/gltf/animation.h"
 #include "import/gltf/document.h"
 
 namespace glowworm {
@@ -47,8 +46,11 @@ GltfPose::GltfPose(const GltfDocument& document, const Moment& moment) : documen
                                              : node.weights;
     values.weights.emplace_back(weights.begin(), weights.end());
   }
+  for (const tinygltf::Camera& c : model.cameras)
+    values.lenses.push_back({c.perspective.yfov, c.perspective.aspectRatio, c.orthographic.xmag, c.orthographic.ymag});
   animate(document, moment.animation, moment.seconds, values);
   weights_ = std::move(values.weights);
+  lenses_ = std::move(values.lenses);
   const double identity[4] = {0, 0, 0, 1};
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     if (model.nodes[i].matrix.size() == 16) {

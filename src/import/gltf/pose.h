@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/transform_double.h"
+#include "import/gltf/animation.h"
 #include "import/gltf/mesh.h"
 #include "import/import.h"
 
@@ -26,6 +27,7 @@ class GltfPose {
   const TransformDouble& to_world(int node) const { return to_world_[static_cast<std::size_t>(node)]; }
   /// Weights of morph targets of a node.
   const std::vector<float>& weights(int node) const { return weights_[static_cast<std::size_t>(node)]; }
+  const GltfLens& lens(int camera) const { return lenses_[static_cast<std::size_t>(camera)]; }
   /// The deformation of a mesh by a node, to places relative to `origin`. All nodes must be placed.
   GltfDeformation deformation(int node, Vec3 origin) const;
 
@@ -33,6 +35,7 @@ class GltfPose {
   const GltfDocument& document_;
   std::vector<TransformDouble> local_, to_world_;
   std::vector<std::vector<float>> weights_;  ///< of morph targets, by node
+  std::vector<GltfLens> lenses_;             // by camera
 };
 
 /// A scale, followed by a rotation by a quaternion (x, y, z, w), which need not be exactly unit.
