@@ -38,7 +38,7 @@ install(TARGETS glowworm_shared LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/glowworm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS glowworm RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(TARGETS glowworm_mpi LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/glowworm)
+install(TARGETS glowworm_mpi glowworm_ocio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/glowworm)
 set_target_properties(glowworm PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/glowworm")
 install(TARGETS glowworm_reader glowworm_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/glowworm)
 

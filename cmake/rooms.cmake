@@ -5,7 +5,8 @@ function(glowworm_room name)
   cmake_parse_arguments(ROOM "" "" "USES;LIBRARIES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cc)
   list(FILTER sources EXCLUDE REGEX "/image/reader/")           # a program of its own
-  list(FILTER sources EXCLUDE REGEX "/share/mpi/")             # a module of its own
+  list(FILTER sources EXCLUDE REGEX "/image/ocio/")            # a module of its own
+  list(FILTER sources EXCLUDE REGEX "/share/mpi/")             # another module
   list(FILTER sources EXCLUDE REGEX "/import/assimp/reader/")  # another program
   list(TRANSFORM ROOM_USES PREPEND glowworm_)
   if(sources)

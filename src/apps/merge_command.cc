@@ -35,10 +35,12 @@ struct MergeOptions {
 void prepare_outputs(MergeOptions& o, OutputFiles& files) {
   for (const std::string& name : o.names) o.outputs.push_back(output_of(name));
   for (const std::string& part : o.parts) files.add_input("a part", part);
+  if (!o.picture.color.request.config.empty()) files.add_input("--ocio", o.picture.color.request.config);
   for (const Output& output : o.outputs) files.add("-o", output.path);
   bool any = false;
   for (const Output& output : o.outputs) any = files.probe(output.path) || any;
   if (!any) files.throw_if_any_failed();
+  o.picture.color.load();
   warn_of_unused_formats(o.picture, o.outputs);
 }
 

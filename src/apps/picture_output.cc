@@ -55,9 +55,28 @@ void add_false_color_option(CLI::App& command, const std::string& group, const s
       ->group(group);
 }
 
+void ColorViewOptions::load() {
+  if (!request.config.empty()) view = load_color_view(request);
+}
+
+void add_tone_options(CLI::App& command, const std::string& group, const std::string& meaning, std::string& tone,
+                      ColorViewOptions& color) {
+  CLI::Option* const curve = add_choice(command, "--tone", tone, {"filmic", "srgb"}, meaning)->group(group);
+  CLI::Option* const config =
+      add_text(command, group, "--ocio", color.request.config, "CONFIG",
+               "Show light by a view of this OpenColorIO config instead. Pixels enter it by its role aces_interchange, "
+               "or by scene_linear, which is then expected to have the primaries of Rec. 709");
+  config->excludes(curve);
+  add_text(command, group, "--display", color.request.display, "NAME [the config's]", "Display of --ocio")
+      ->needs(config);
+  add_text(command, group, "--view-transform", color.request.view, "NAME [the display's]",
+           "View of --ocio; an unknown one lists those of the display")
+      ->needs(config);
+}
+
 void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options) {
   add_choice(command, "--precision", options.precision, {"half", "float"}, "Precision of the EXR file")->group(group);
-  add_choice(command, "--tone", options.tone, {"filmic", "srgb"}, "Tone curve of the PNG file")->group(group);
+  add_tone_options(command, group, "Tone curve of the PNG file", options.tone, options.color);
   add_exposure_option(command, group, options.exposure);
   add_false_color_option(
       command, group,
@@ -74,6 +93,7 @@ void warn_of_unused_formats(const PictureOptions& options, const std::vector<Out
   if (any(OutputFormat::png)) return;
   if (options.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
   if (options.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
+  if (options.color.view) warn("--ocio has no effect: no -o is a PNG file");
   if (options.false_color) warn("--false-color has no effect: no -o is a PNG file");
 }
 
@@ -115,8 +135,12 @@ std::string write_picture(const Output& output, const Image& image, const Pictur
   }
   if (options.false_color) return write_false_color(output.path, image, *options.false_color, options.illuminance);
   const float exposure = options.exposure ? *options.exposure : automatic_exposure(image.rgb());
-  write_png(output.path, image, options.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
-  return options.exposure ? "" : fmt::format(", exposure {:+.1f} stops (auto)", exposure);
+  if (options.color.view)
+    write_png(output.path, image, *options.color.view, exposure);
+  else
+    write_png(output.path, image, options.tone == "srgb" ? ToneCurve::srgb : ToneCurve::filmic, exposure);
+  const std::string shown = options.color.view ? fmt::format(", {}", options.color.view->name()) : "";
+  return options.exposure ? shown : fmt::format("{}, exposure {:+.1f} stops (auto)", shown, exposure);
 }
 
 }  // namespace glowworm

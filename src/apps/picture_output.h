@@ -1,9 +1,11 @@
 // The pictures that commands write.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "image/color_view.h"
 #include "image/false_color.h"
 #include "image/image.h"
 #include "settings/settings.h"
@@ -23,8 +25,18 @@ struct Output {
   OutputFormat format = OutputFormat::exr;
 };
 
+/// The view of a colour config that PNG files and windows show.
+struct ColorViewOptions {
+  ColorViewRequest request;               ///< of --ocio, --display and --view-transform; an empty config: none
+  std::shared_ptr<const ColorView> view;  ///< what load() loads, or null
+
+  /// Loads the view if one is asked for. Throws Error as load_color_view() does.
+  void load();
+};
+
 /// How pictures are written.
 struct PictureOptions {
+  ColorViewOptions color;
   std::string tone = "filmic", precision = "half";
   std::optional<float> exposure;          ///< stops; none: chosen by the picture
   std::optional<ColorScale> false_color;  ///< cd/m^2 or lx, for PNG files in false colour
@@ -46,7 +58,11 @@ void add_false_color_option(CLI::App& command, const std::string& group, const s
 /// Adds the layers that illuminance_of() needs, if they are not there.
 void add_layers_of_illuminance(std::vector<std::string>& aovs);
 
-/// Adds --precision, --tone, --exposure and --false-color to a command.
+/// Adds --tone, --ocio, --display and --view-transform to a command. @param tone meaning of --tone
+void add_tone_options(CLI::App& command, const std::string& group, const std::string& meaning, std::string& tone,
+                      ColorViewOptions& color);
+
+/// Adds --precision, the options of tone, --exposure and --false-color to a command.
 void add_picture_options(CLI::App& command, const std::string& group, PictureOptions& options);
 
 /// Says which of these options have no effect on the formats of the outputs.

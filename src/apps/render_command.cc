@@ -71,6 +71,7 @@ void resolve_options(RenderOptions& o) {
     o.outputs.push_back(output_of(name));
     if (o.outputs.back().format == OutputFormat::part) check_part_output(name, s);
   }
+  o.picture.color.load();
 }
 
 /// @param asked settings before those left to the program were chosen

@@ -152,6 +152,7 @@ void add_inputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
   if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   if (!o.sequence.script.empty()) files.add_input("--script", o.sequence.script);
+  if (!o.picture.color.request.config.empty()) files.add_input("--ocio", o.picture.color.request.config);
 }
 
 void prepare_outputs(const RenderOptions& o, OutputFiles& files) {

@@ -13,9 +13,10 @@ namespace glowworm {
 
 namespace {
 
-int run_view(const ViewOptions& o) {
+int run_view(ViewOptions& o) {
   set_thread_count(o.table.settings);
   read_command_line([&] { set_simd(o.simd); });
+  o.color.load();
   const Script script = o.script.empty() ? Script() : read_script(o.script);
   if (!o.out.empty()) return run_headless_view(o, script);
   return run_window_view(o, script);
@@ -25,7 +26,7 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
   add_choice(c, "--mode", o.mode, view_mode_names(), "What the pixels show")->group("View");
   add_choice(c, "--part", o.part, light_part_names(), "Which light is shown")->group("View");
   c.add_flag("--no-reuse", o.no_reuse, "Do not reuse earlier frames")->group("View");
-  add_choice(c, "--tone", o.tone, {"filmic", "srgb"}, "Tone curve")->group("View");
+  add_tone_options(c, "View", "Tone curve", o.tone, o.color);
   add_exposure_option(c, "View", o.exposure);
 }
 

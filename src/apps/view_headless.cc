@@ -31,6 +31,7 @@ void write_frame(const ViewOptions& o, const ViewFrame& frame, const std::string
   // False colours are shown unchanged.
   const bool tone = frame.is_light && o.tone == "filmic";
   if (frame.is_light && !exposure) exposure = automatic_exposure(frame.image.light);
+  if (o.color.view && frame.is_light) return write_png(path, frame_image(frame), *o.color.view, *exposure);
   write_png(path, frame_image(frame), tone ? ToneCurve::filmic : ToneCurve::srgb, frame.is_light ? *exposure : 0);
 }
 
@@ -96,6 +97,7 @@ void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& fi
   files.add_input("the scene", o.scene);
   if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
   if (!o.script.empty()) files.add_input("--script", o.script);
+  if (!o.color.request.config.empty()) files.add_input("--ocio", o.color.request.config);
   for (const ScriptMove& move : script.moves)
     if (move.drop) files.add_input("the scene of a \"drop\"", *move.drop);
   files.add("frames.csv of --out,", folder / "frames.csv");

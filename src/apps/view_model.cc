@@ -137,7 +137,9 @@ void ViewModel::save(const std::string& path) {
   if (!shown) return say("there is no picture to save yet");
   try {
     const bool light_shown = shown->frame.is_light;
-    if (lower_ending(path) == ".png")
+    if (lower_ending(path) == ".png" && light_shown && options.color.view)
+      write_png(path, frame_image(shown->frame), *options.color.view, exposure);
+    else if (lower_ending(path) == ".png")
       write_png(path, frame_image(shown->frame), light_shown ? tone : ToneCurve::srgb, light_shown ? exposure : 0);
     else
       write_image(path, frame_image(shown->frame));

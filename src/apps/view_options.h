@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/open_scene.h"
+#include "apps/picture_output.h"
 #include "apps/table_options.h"
 #include "session/script.h"
 #include "session/session.h"
@@ -18,6 +19,7 @@ struct ViewOptions {
   SceneOptions changes;
   std::string script, out, format = "png", simd = "auto", mode = "gather", part = "all";
   std::string tone = "filmic";
+  ColorViewOptions color;
   std::optional<float> exposure;  ///< stops; empty: chosen from the first frame of a scene
   std::uint32_t frames = 0;
   double fps = 15;

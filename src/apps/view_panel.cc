@@ -49,6 +49,21 @@ void hint(const char* text) {
   ImGui::EndTooltip();
 }
 
+/// The tone curve, or the name of the view that --ocio has put in its place.
+void draw_tone(ViewModel& model) {
+  if (model.options.color.view) {
+    ImGui::TextUnformatted(model.options.color.view->name().c_str());
+    hint("The view of --ocio");
+    return;
+  }
+  bool filmic = model.tone == ToneCurve::filmic;
+  if (ImGui::Checkbox("filmic tone curve", &filmic)) {
+    model.tone = filmic ? ToneCurve::filmic : ToneCurve::srgb;
+    model.picture_changed = true;
+  }
+  hint("Keep detail in highlights; without it, light above 1 is white");
+}
+
 void draw_picture(ViewModel& model) {
   ViewState& s = model.state;
   choose_enumeration("show", view_mode_names(), s.mode);
@@ -79,12 +94,7 @@ void draw_picture(ViewModel& model) {
   ImGui::Checkbox("secondary gather", &s.secondary_gather);
   hint("Sharper light in corners: gather again where the photons' radii are too large");
   ImGui::SameLine();
-  bool filmic = model.tone == ToneCurve::filmic;
-  if (ImGui::Checkbox("filmic tone curve", &filmic)) {
-    model.tone = filmic ? ToneCurve::filmic : ToneCurve::srgb;
-    model.picture_changed = true;
-  }
-  hint("Keep detail in highlights; without it, light above 1 is white");
+  draw_tone(model);
   if (ImGui::SliderFloat("exposure", &model.exposure, -8, 8, "%.1f stops")) model.picture_changed = true;
   hint("Brightness of the picture; +1 is twice as bright");
   if (ImGui::Button("auto exposure")) {

@@ -187,7 +187,8 @@ void Window::follow_size() {
 void Window::upload() {
   if (!model_.shown || !(model_.new_frame || model_.picture_changed)) return;
   const ViewImage& image = model_.shown->frame.image;
-  const std::vector<std::uint8_t>& bytes = display_.bytes(model_.shown->frame, model_.tone, model_.exposure);
+  const std::vector<std::uint8_t>& bytes =
+      display_.bytes(model_.shown->frame, model_.tone, model_.exposure, model_.options.color.view.get());
   glBindTexture(GL_TEXTURE_2D, texture_);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   if (image.width != texture_width_ || image.height != texture_height_) {

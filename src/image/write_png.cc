@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "image/color_view.h"
 #include "image/image.h"
 
 namespace glowworm {
@@ -45,13 +46,14 @@ void note_failure(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-/// Encodes rows of 8-bit RGB or RGBA. Returns false if libpng fails. Its longjmp skips no object with a destructor.
-bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, int color_type, png_bytepp rows,
-            std::vector<png_text>& texts) {
+/// Encodes rows of 8-bit RGB or RGBA, as sRGB or without saying of what. Returns false if libpng fails. Its longjmp
+/// skips no object with a destructor.
+bool encode(png_structp png, png_infop info, png_uint_32 width, png_uint_32 height, int color_type, bool srgb,
+            png_bytepp rows, std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_IHDR(png, info, width, height, 8, color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
-  png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  if (srgb) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, texts.data(), static_cast<int>(texts.size()));
   png_set_rows(png, info, rows);
   png_write_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
@@ -84,10 +86,8 @@ std::vector<std::uint8_t> tone_mapped(const Image& image, ToneCurve curve, float
   return bytes;
 }
 
-}  // namespace
-
-std::string encode_png(int width, int height, int channels, std::vector<std::uint8_t> codes,
-                       const std::map<std::string, std::string>& metadata) {
+std::string encoded(int width, int height, int channels, bool srgb, std::vector<std::uint8_t> codes,
+                    const std::map<std::string, std::string>& metadata) {
   std::vector<png_bytep> rows;
   for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y)
     rows.push_back(codes.data() + static_cast<std::size_t>(channels) * static_cast<std::size_t>(width) * y);
@@ -98,10 +98,23 @@ std::string encode_png(int width, int height, int channels, std::vector<std::uin
   if (info) png_set_write_fn(png, &encoding, take_bytes, nullptr);
   const int color_type = channels == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB;
   const bool done = info && encode(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
-                                   color_type, rows.data(), texts);
+                                   color_type, srgb, rows.data(), texts);
   png_destroy_write_struct(&png, &info);
   if (!done) throw Error(fmt::format("cannot encode a picture as PNG ({})", encoding.failure));
   return std::move(encoding.bytes);
+}
+
+void write_whole(const std::string& path, const std::string& bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
+}  // namespace
+
+std::string encode_png(int width, int height, int channels, std::vector<std::uint8_t> codes,
+                       const std::map<std::string, std::string>& metadata) {
+  return encoded(width, height, channels, true, std::move(codes), metadata);
 }
 
 std::string png_bytes(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
@@ -110,10 +123,13 @@ std::string png_bytes(const std::string& path, const Image& image, ToneCurve cur
 }
 
 void write_png(const std::string& path, const Image& image, ToneCurve curve, float exposure) {
+  write_whole(path, png_bytes(path, image, curve, exposure));
+}
+
+void write_png(const std::string& path, const Image& image, const ColorView& view, float exposure) {
   check_not_empty(path, image);
-  AtomicFile file(path);
-  file.write(png_bytes(path, image, curve, exposure));
-  file.commit();
+  write_whole(path,
+              encoded(image.width(), image.height(), 3, false, shown_by(view, image.rgb(), exposure), image.metadata));
 }
 
 }  // namespace glowworm

@@ -1,5 +1,6 @@
 #include "session/display.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "core/parallel.h"
@@ -27,7 +28,17 @@ void Display::tabulate(ToneCurve curve, float exposure) {
   exposure_ = exposure;
 }
 
-const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurve curve, float exposure) {
+const std::vector<std::uint8_t>& Display::view_bytes(const std::vector<RGB>& light, const ColorView& view,
+                                                     float exposure) {
+  const std::vector<std::uint8_t> shown = shown_by(view, light, exposure);
+  bytes_.assign(4 * light.size(), 255);
+  for (std::size_t i = 0; i < light.size(); ++i) std::copy_n(&shown[3 * i], 3, &bytes_[4 * i]);
+  return bytes_;
+}
+
+const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurve curve, float exposure,
+                                                const ColorView* view) {
+  if (frame.is_light && view) return view_bytes(frame.image.light, *view, exposure);
   if (frame.is_light)
     tabulate(curve, exposure);
   else

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "image/color_view.h"
 #include "image/tone_map.h"
 #include "session/view_frame.h"
 
@@ -12,9 +13,12 @@ namespace glowworm {
 class Display {
  public:
   /// 8-bit RGBA of a frame, row by row from the top; within one step of what write_png() writes. @param exposure stops
-  const std::vector<std::uint8_t>& bytes(const ViewFrame& frame, ToneCurve curve, float exposure);
+  /// @param view shows light instead of the curve, or null
+  const std::vector<std::uint8_t>& bytes(const ViewFrame& frame, ToneCurve curve, float exposure,
+                                         const ColorView* view = nullptr);
 
  private:
+  const std::vector<std::uint8_t>& view_bytes(const std::vector<RGB>& light, const ColorView& view, float exposure);
   void tabulate(ToneCurve curve, float exposure);
 
   bool tabulated_ = false;

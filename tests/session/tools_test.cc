@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <limits>
+#include <memory>
+#include <span>
 #include <thread>
 
 #include "builtin/builtin.h"
@@ -39,6 +42,25 @@ TEST(Display, ShowsTheBytesOfAPng) {
       EXPECT_EQ(bytes[16002], 0);
       EXPECT_EQ(bytes[16003], 255);
     }
+}
+
+/// Shows every pixel as the same colour, whatever its light.
+class PaintedView : public ColorView {
+ public:
+  void apply(std::span<RGB> pixels) const override { std::fill(pixels.begin(), pixels.end(), RGB(1, 0, 0.2f)); }
+  std::string name() const override { return "painted"; }
+};
+
+TEST(Display, ShowsLightAloneByAView) {
+  ViewFrame frame;
+  frame.image.light.assign(2, RGB(0.0f));
+  Display display;
+  frame.is_light = true;
+  EXPECT_THAT(display.bytes(frame, ToneCurve::srgb, 0, std::make_unique<PaintedView>().get()),
+              testing::ElementsAre(255, 0, 51, 255, 255, 0, 51, 255));
+  frame.is_light = false;
+  EXPECT_THAT(display.bytes(frame, ToneCurve::srgb, 0, std::make_unique<PaintedView>().get()),
+              testing::ElementsAre(0, 0, 0, 255, 0, 0, 0, 255));
 }
 
 TEST(Gizmo, IsDraggedByItsHandles) {
