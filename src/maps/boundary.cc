@@ -38,8 +38,12 @@ constexpr float kStep = 1e-3f;
 constexpr float kMinCosine = 0.25f;
 /// Share of the cosine within which a place lies in a cluster's plane.
 constexpr float kFlatness = 1e-4f;
-/// Bounds of the mass: beyond them, a few lines are not significant.
-constexpr float kMinMass = 0.125f, kMaxMass = 4;
+/// Most mass: so many surfaces are rarely all visible.
+constexpr float kMaxMass = 4;
+/// Lines that must find surface, in lines of the kernel on an infinite plane. On thin parts, such as legs of chairs,
+/// few do. One over the mass has the right mean if lines are added until enough have found surface, whatever their
+/// number: Haldane, "On a method of estimating frequencies", Biometrika 33, 1945.
+constexpr float kEnoughLines = 4;
 
 /// Lines of a cluster, at most.
 constexpr auto kMostLines = static_cast<std::size_t>(kAllLines * kWidestCluster) + 1;
@@ -118,9 +122,34 @@ class ClusterMass {
   /// @param number lines to the area of a kernel's disc where the first ones find a deviation
   void measure(const BoundaryCluster& cluster, std::span<const std::uint32_t> members, std::uint32_t key, float number,
                std::span<float> factors) {
+    approach(cluster, members, key);
+    for (std::size_t i = 0; i < member_cuts_.size(); ++i)
+      add_cuts(members_[i], member_cuts_[i], surface_.frame(), cuts_);
+    trace(kFirstLines);
+    if (!surface_.crowded()) {
+      if (is_plain()) return;
+      trace(number);
+    }
+    // So many surfaces have more than the maximum mass, even if every other one is invisible.
+    std::vector<std::uint32_t> thin;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const float found = surface_.crowded() ? kMaxMass : std::min(mass(i), kMaxMass);
+      if (found * number < kEnoughLines) thin.push_back(members[i]);
+      factors[members[i]] = 1 / found;
+    }
+    for (std::uint32_t i = 0; i < thin.size(); ++i) factors[thin[i]] = thin_factor(thin[i], hash_combine(key, i));
+  }
+
+  /// The cuts of the kernels measured so far.
+  const std::vector<PhotonCuts>& cuts() const { return cuts_; }
+
+ private:
+  /// Prepares a cluster, whose lines are to be traced.
+  void approach(const BoundaryCluster& cluster, std::span<const std::uint32_t> members, std::uint32_t key) {
     cluster_ = &cluster;
     members_ = members;
     key_ = key;
+    thin_ = false;
     lines_.clear();
     places_.clear();
     surface_.approach(cluster);
@@ -129,28 +158,31 @@ class ClusterMass {
     for (const std::uint32_t p : members_)
       positions_.push_back(surface_.frame().to_local(kernels_.position[p] - cluster.center));
     member_cuts_.clear();
-    for (std::size_t i = 0; i < members_.size() && !walls_.empty(); ++i) {
+    for (std::size_t i = 0; i < members_.size() && !walls_.empty(); ++i)
       member_cuts_.push_back(walls_.cuts(positions_[i], kernels_.radius[members_[i]]));
-      add_cuts(members_[i], member_cuts_[i], surface_.frame(), cuts_);
-    }
     is_cut_ = std::any_of(member_cuts_.begin(), member_cuts_.end(), [](const auto& cuts) {
       return cuts[0].normal != Vec3{0, 0, 0};
     });
-    trace(kFirstLines);
-    if (!surface_.crowded()) {
-      if (is_plain()) return;
-      trace(number);
-    }
-    // So many surfaces have more than the maximum mass, even if every other one is invisible.
-    for (std::size_t i = 0; i < members_.size(); ++i)
-      factors[members_[i]] = 1 / (surface_.crowded() ? kMaxMass : std::clamp(mass(i), kMinMass, kMaxMass));
   }
 
-  /// The cuts of the kernels measured so far.
-  const std::vector<PhotonCuts>& cuts() const { return cuts_; }
+  /// The factor of a kernel whose disc holds little surface, from lines of its own.
+  float thin_factor(std::uint32_t kernel, std::uint32_t key) {
+    const BoundaryCluster alone =
+        lone_cluster(kernels_.position[kernel], kernels_.normal[kernel], kernels_.radius[kernel]);
+    approach(alone, {&kernel, 1}, key);
+    thin_ = true;
+    float lines = 0, found = 0;
+    while (found < kEnoughLines && lines < kMostLines && !surface_.crowded()) {
+      lines = std::min(lines + kAllLines, static_cast<float>(kMostLines));
+      trace(lines);
+      found = lines * mass(0);
+    }
+    return surface_.crowded() ? 1 / kMaxMass : lines / std::max(found, 1.0f);
+  }
 
- private:
-  bool is_as_expected(const Line& line) const { return cluster_->flat && !is_cut_ && line.plain && line.places == 1; }
+  bool is_as_expected(const Line& line) const {
+    return cluster_->flat && !is_cut_ && !thin_ && line.plain && line.places == 1;
+  }
 
   bool is_plain() const {
     for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
@@ -238,7 +270,8 @@ class ClusterMass {
   float step() const { return kStep + 2 * cluster_->step; }
 
   /// The integral of a kernel of the cluster. The lines' result is compared with their result on an infinite
-  /// plane, whose integral is 1, so noise arises only where there is a difference.
+  /// plane, whose integral is 1, so noise arises only where there is a difference. Thin parts differ nearly everywhere:
+  /// their result is the integral.
   float mass(std::size_t member) const {
     const Vec3 p = positions_[member], n = surface_.frame().to_local(kernels_.normal[members_[member]]);
     if (!(n.z > 0)) return 1;
@@ -247,10 +280,11 @@ class ClusterMass {
     const auto& off = kept_places(member);
     const WeightedPlaces places{off.count(), {off[0], off[1], off[2]}, {off[3], off[4], off[5]}, off[6]};
     const float there = sum_at_places(kernels_.shape, places, ball, kernels_.min_cosine);
-    const float expected = sum_on_plane(kernels_.shape, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
     const float area = kPi * cluster_->reach * cluster_->reach / static_cast<float>(lines_.size());
-    return 1 +
-           (there - expected) * area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernels_.shape));
+    const float weight = area * ball.inverse_squared_radius * static_cast<float>(kernel_norm(kernels_.shape));
+    if (thin_) return there * weight;
+    const float expected = sum_on_plane(kernels_.shape, lines_off_[0], lines_off_[1], lines_off_.count(), ball) / n.z;
+    return 1 + (there - expected) * weight;
   }
 
   /// The places of places_off_ that walls leave to the kernel.
@@ -280,6 +314,7 @@ class ClusterMass {
   Columns<7> places_off_;  ///< position, normal, area
   NearbyWalls walls_;
   bool is_cut_ = false;                                ///< whether a member has cuts
+  bool thin_ = false;                                  ///< in thin_factor()
   std::vector<std::array<KernelCut, 2>> member_cuts_;  ///< if there are walls, in the cluster's frame
   std::vector<PhotonCuts> cuts_;
   mutable Columns<7> places_kept_;  ///< of places_off_, for one kernel

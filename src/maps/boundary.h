@@ -17,7 +17,8 @@ namespace glowworm {
 /// lost ("boundary bias": Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, section 7.3); between close
 /// parallel surfaces flux counts more than once. Returns for each photon the factor on its flux that corrects this: one
 /// over the kernel's integral over all surface where query points count the photon, estimated with lines along its
-/// normal. Between 1/4 and 8; 1 on plain surfaces. Uses all threads; deterministic.
+/// normal. At least 1/4; 1 on plain surfaces; on thin parts the mean over photons is right. Uses all threads;
+/// deterministic.
 /// @param cuts   receives the kernel_cuts() of the same kernels, which are found on the way; null: not wanted
 /// @param shared processes that divide the work; null: none @param name of the work, for SharedWork::divide()
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
@@ -28,7 +29,7 @@ std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& pho
 /// the same radius, over all surface where photons count there. The factors of photons conserve flux, but leave an
 /// estimate of 0.72 at an edge and 0.5 at a corner, and more than 1 beyond; these leave 1. They cost lines for each
 /// point, so they serve estimates that are seen, and the photons' factors serve those that gather rays average.
-/// Between 1/4 and 8; 1 on plain surfaces. Uses all threads; the factor of a point depends on that point alone.
+/// At least 1/4; 1 on plain surfaces. Uses all threads; the factor of a point depends on that point alone.
 /// @param radii for each point: metres; 0 where there is no photon
 void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,
                        KernelShape kernel, std::span<RGB> radiance);

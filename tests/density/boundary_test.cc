@@ -92,6 +92,32 @@ TEST(BoundaryTest, HalfOfTheDiscIsLostAtAnEdgeAndThreeQuartersAtACorner) {
   }
 }
 
+TEST(BoundaryTest, ThinPartsKeepTheirFlux) {
+  // The share of the disc that the strip covers, which is nearly width * diameter; few lines find it.
+  for (const float width : {0.03f, 0.008f}) {
+    const Scene scene = copies("strips", [&](MeshBuilder& mesh) {
+      mesh.quad({0, 0, 0}, {2, 0, 0}, {2, width, 0}, {0, width, 0});
+    });
+    const Tracer tracer(scene);
+    RadiusPolicy policy;
+    policy.kind = RadiusKind::fixed;
+    policy.radius = 0.4f;
+    policy.kernel = KernelShape::box;
+    PhotonBatch photons;
+    for (int i = 0; i < kCopies; ++i)
+      photons.push_back(Vec3{1, width / 2, 0} + place_of(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+    double sum = 0, squares = 0;
+    for (const float f : boundary_factors(tracer, photons, policy)) {
+      sum += f;
+      squares += double(f) * f;
+    }
+    const double mean = sum / kCopies, error = std::sqrt((squares / kCopies - mean * mean) / kCopies);
+    const double expected = kPi * policy.radius / (2 * width);
+    EXPECT_NEAR(mean, expected, 4 * error + 0.05 * expected) << width;
+    EXPECT_LT(error, 0.02 * expected);
+  }
+}
+
 /// Estimates of 1 at places of every copy, for kernels of one radius.
 std::vector<RGB> corrected(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius, int count = kCopies) {
   QueryPoints points;
