@@ -37,23 +37,34 @@ HWY_INLINE WindowFloats squared_step(const float* plane, std::ptrdiff_t to) {
 /// The larger of a number and 0; of NaN, 0.
 HWY_INLINE WindowFloats above_zero(WindowFloats x) { return hn::IfThenElseZero(hn::Gt(x, hn::Zero(WindowTag())), x); }
 
+/// Squared distance of the normals of two pixels.
+HWY_INLINE WindowFloats normal_step(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to) {
+  return hn::Add(hn::Add(squared_step(p.normal[0] + here, to), squared_step(p.normal[1] + here, to)),
+                 squared_step(p.normal[2] + here, to));
+}
+
+/// Square of the difference of depth that the slope of a surface explains.
+HWY_INLINE WindowFloats squared_slope(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to,
+                                      WindowFloats slope_steps) {
+  using namespace light_window;
+  const WindowTag f;
+  const WindowFloats slope = hn::Min(hn::LoadU(f, p.slope + here), hn::LoadU(f, p.slope + here + to));
+  const WindowFloats share = hn::Mul(hn::Set(f, kDepthShare), hn::LoadU(f, p.depth + here));
+  const WindowFloats expected = hn::Add(hn::Add(hn::Mul(slope_steps, slope), share), hn::Set(f, kLeastDepth));
+  return hn::Mul(expected, expected);
+}
+
 /// Similarity of the surfaces of pixels.
 HWY_INLINE WindowFloats alike_at(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to,
                                  WindowFloats slope_steps) {
-  using namespace light_window;
   const WindowTag f;
   const WindowFloats one = hn::Set(f, 1.0f);
-  const WindowFloats difference =
-      hn::Add(hn::Add(squared_step(p.normal[0] + here, to), squared_step(p.normal[1] + here, to)),
-              squared_step(p.normal[2] + here, to));
-  const WindowFloats facing = above_zero(hn::Sub(one, hn::Div(difference, hn::Set(f, kNormalDifference))));
+  const WindowFloats difference = hn::Div(normal_step(p, here, to), hn::Set(f, kNormalDifference));
+  const WindowFloats facing = above_zero(hn::Sub(one, difference));
   if (hn::AllFalse(f, hn::Gt(facing, hn::Zero(f)))) return hn::Zero(f);
-  const WindowFloats depth = hn::LoadU(f, p.depth + here);
-  const WindowFloats slope = hn::Min(hn::LoadU(f, p.slope + here), hn::LoadU(f, p.slope + here + to));
-  const WindowFloats expected =
-      hn::Add(hn::Add(hn::Mul(slope_steps, slope), hn::Mul(hn::Set(f, kDepthShare), depth)), hn::Set(f, kLeastDepth));
   const WindowFloats step2 = squared_step(p.depth + here, to);
-  return hn::Mul(hn::Mul(facing, facing), above_zero(hn::Sub(one, hn::Div(step2, hn::Mul(expected, expected)))));
+  return hn::Mul(hn::Mul(facing, facing),
+                 above_zero(hn::Sub(one, hn::Div(step2, squared_slope(p, here, to, slope_steps)))));
 }
 
 /// Compares each pixel of a row of the tile, with one pixel on both sides, with the one that lies `to` entries on.
@@ -152,19 +163,21 @@ void add(const WindowPlanes& planes, int height, WindowSums& sums) {
     }
 }
 
-/// The other pixels of a sector that show the same surface: sum of their spread, and their number.
-struct SectorSums {
+/// The pixels of an octant that show the same surface: sum of their spread, and their number.
+struct OctantSums {
   WindowFloats spread, count;
 };
-HWY_INLINE SectorSums sum_sector(const WindowPlanes& p, std::ptrdiff_t here, int sector) {
+HWY_INLINE OctantSums sum_octant(const WindowPlanes& p, std::ptrdiff_t here, int octant) {
   using namespace light_window;
   const WindowTag f;
-  SectorSums out{hn::Zero(f), hn::Zero(f)};
-  for (int i = 0; i < kSectorPixels - 1; ++i) {
-    const SectorStep step = sector_step(sector, i);
+  OctantSums out{hn::Zero(f), hn::Zero(f)};
+  for (int i = 0; i < kOctantPixels; ++i) {
+    const OctantStep step = octant_step(octant, i);
     const std::ptrdiff_t to = step.y * p.stride + step.x;
     const float distance = std::sqrt(static_cast<float>(step.x * step.x + step.y * step.y));
-    const auto alike = hn::Gt(alike_at(p, here, to, hn::Set(f, 1.5f * distance)), hn::Zero(f));
+    const auto alike =
+        hn::And(hn::Lt(normal_step(p, here, to), hn::Set(f, kNormalDifference)),
+                hn::Lt(squared_step(p.depth + here, to), squared_slope(p, here, to, hn::Set(f, 1.5f * distance))));
     out.spread = hn::Add(out.spread, hn::IfThenElseZero(alike, hn::LoadU(f, p.spread + here + to)));
     out.count = hn::Add(out.count, hn::IfThenElseZero(alike, hn::Set(f, 1.0f)));
   }
@@ -174,25 +187,31 @@ HWY_INLINE SectorSums sum_sector(const WindowPlanes& p, std::ptrdiff_t here, int
 void noise_of_row(const WindowPlanes& p, int width, float* noise) {
   using namespace light_window;
   const WindowTag f;
-  float spread[kSectors * kWindowPadding], missing[kSectors * kWindowPadding];
+  float spread[kOctants * kWindowPadding], count[kOctants * kWindowPadding];  // without the pixel itself
   for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
-    const WindowFloats own = hn::LoadU(f, p.spread + x), all = hn::Set(f, kSectorPixels);
-    WindowFloats sum = own, count = hn::Set(f, 1.0f);
-    for (int i = 0; i < kSectors; ++i) {
-      const SectorSums sector = sum_sector(p, x, i);
-      sum = hn::Add(sum, sector.spread);
-      count = hn::Add(count, sector.count);
-      hn::StoreU(hn::Add(own, sector.spread), f, spread + i * kWindowPadding);
-      hn::StoreU(hn::Sub(hn::Set(f, kSectorPixels - 1.0f), sector.count), f, missing + i * kWindowPadding);
+    const WindowFloats own = hn::LoadU(f, p.spread + x), one = hn::Set(f, 1.0f);
+    const WindowFloats enough = hn::Set(f, kOctantPixels + 1.0f);
+    WindowFloats sum = own, number = one;
+    for (std::size_t i = 0; i < kOctants; ++i) {
+      const OctantSums octant = sum_octant(p, x, static_cast<int>(i));
+      sum = hn::Add(sum, octant.spread);
+      number = hn::Add(number, octant.count);
+      hn::StoreU(octant.spread, f, spread + i * kWindowPadding);
+      hn::StoreU(octant.count, f, count + i * kWindowPadding);
     }
-    // Where a sector has no more of the surface, the mean of all stands for it.
-    const WindowFloats mean = hn::Div(sum, count);
+    // Where a side has little of the surface, the mean of all stands for the rest.
+    const WindowFloats mean = hn::Div(sum, number);
     WindowFloats least = hn::Set(f, std::numeric_limits<float>::infinity());
-    for (std::size_t i = 0; i < kSectors; ++i) {
-      const WindowFloats rest = hn::Mul(hn::LoadU(f, missing + i * kWindowPadding), mean);
-      least = hn::Min(least, hn::Add(hn::LoadU(f, spread + i * kWindowPadding), rest));
+    for (std::size_t i = 0; i < kOctants; ++i) {
+      WindowFloats of_side = own, there = one;
+      for (std::size_t k = i; k < i + kSideOctants; ++k) {
+        of_side = hn::Add(of_side, hn::LoadU(f, spread + k % kOctants * kWindowPadding));
+        there = hn::Add(there, hn::LoadU(f, count + k % kOctants * kWindowPadding));
+      }
+      const WindowFloats counted = hn::Max(there, enough), rest = hn::Sub(counted, there);
+      least = hn::Min(least, hn::Div(hn::Add(of_side, hn::Mul(rest, mean)), counted));
     }
-    hn::StoreU(hn::Div(least, all), f, noise + x);
+    hn::StoreU(least, f, noise + x);
   }
 }
 

@@ -43,9 +43,11 @@ struct WindowSums {
 };
 
 /// The variance that a sample of each pixel of a row is expected to have. The few samples of a pixel do not tell it:
-/// they may miss what other pixels meet. So it is the mean over the surface around, on the side where that is least:
-/// light that changes steeply, as beside a lamp, lies on the other side, and does not count. The sides are eight
-/// sectors of 45 degrees, with the pixel itself.
+/// they may miss what other pixels meet. So it is the mean over the surface in the window, on the side where that is
+/// least: light that changes steeply, as beside a lamp, lies on the other side, and does not count. The sides are
+/// quadrants in eight directions, with the pixel itself. They are as large as the window because a small side without
+/// rare light says nothing: in a penumbra that few samples find, pixels beside others that have met light would keep
+/// theirs, or none, and its limit would be ragged.
 /// @param planes at the row's first pixel
 /// @param noise  for `width` pixels; up to kWindowPadding floats after them are overwritten
 void find_noise(const WindowPlanes& planes, int width, float* noise);
@@ -65,23 +67,25 @@ inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 /// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
-/// Sectors of few samples find no smaller difference than that. Beside a lamp that nearly touches a surface the ratio
-/// is below 1e-3.
-inline constexpr float kSameNoise = 0.03f;
+/// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
+/// a surface the ratio is below 1e-3.
+inline constexpr float kSameNoise = 0.1f;
 /// Squared share of the level that is added to noise: less noise than a thousandth of the light tells nothing.
 inline constexpr float kLeastNoise = 1e-6f;
-/// Places of the other pixels of a sector, steps along and across; reflections give the other sectors.
-inline constexpr int kSector[][2] = {{1, 0}, {2, 0}, {3, 0}, {4, 0}, {1, 1}, {2, 1}, {3, 1}, {2, 2}, {3, 2}};
-inline constexpr int kSectors = 8, kSectorPixels = 10;
+/// The other pixels of the window lie in octants; a side has two that follow each other.
+inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;
 
-/// Steps to a pixel of a sector.
-struct SectorStep {
+/// Steps to a pixel of an octant. The first octant has its axis and not its diagonal, the second one the diagonal;
+/// turns by 90 degrees give the others.
+struct OctantStep {
   int x, y;
 };
-inline constexpr SectorStep sector_step(int sector, int pixel) {
-  const int along = kSector[pixel][0], across = kSector[pixel][1];
-  const int x = sector & 4 ? across : along, y = sector & 4 ? along : across;
-  return {sector & 1 ? -x : x, sector & 2 ? -y : y};
+inline constexpr OctantStep octant_step(int octant, int pixel) {
+  int x = 1, y = pixel;
+  for (; y >= x; ++x) y -= x;
+  OctantStep step{octant % 2 == 0 ? x : x - y, octant % 2 == 0 ? y : x};
+  for (int turns = octant / 2; turns > 0; --turns) step = {-step.y, step.x};
+  return step;
 }
 }  // namespace light_window
 

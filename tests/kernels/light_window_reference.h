@@ -16,17 +16,27 @@ struct Pair {
 
 inline float square(float x) { return x * x; }
 
+/// Squared steps from a pixel to the one `to` entries on: of normals, of depth, and what the slope explains of it.
+struct SurfaceSteps {
+  float normal, depth, slope;
+};
+
+inline SurfaceSteps surface_steps(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance) {
+  const std::ptrdiff_t there = here + to;
+  return {square(planes.normal[0][there] - planes.normal[0][here]) +
+              square(planes.normal[1][there] - planes.normal[1][here]) +
+              square(planes.normal[2][there] - planes.normal[2][here]),
+          square(planes.depth[there] - planes.depth[here]),
+          square(1.5f * distance * std::min(planes.slope[here], planes.slope[there]) +
+                 kDepthShare * planes.depth[here] + kLeastDepth)};
+}
+
 inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance) {
   const std::ptrdiff_t there = here + to;
-  const float difference = square(planes.normal[0][there] - planes.normal[0][here]) +
-                           square(planes.normal[1][there] - planes.normal[1][here]) +
-                           square(planes.normal[2][there] - planes.normal[2][here]);
+  const SurfaceSteps steps = surface_steps(planes, here, to, distance);
   // In this order NaN gives 0.
-  const float facing = std::max(0.0f, 1 - difference / kNormalDifference);
-  const float step = planes.depth[there] - planes.depth[here];
-  const float expected = 1.5f * distance * std::min(planes.slope[here], planes.slope[there]) +
-                         kDepthShare * planes.depth[here] + kLeastDepth;
-  const float alike = facing * facing * std::max(0.0f, 1 - step * step / (expected * expected));
+  const float facing = std::max(0.0f, 1 - steps.normal / kNormalDifference);
+  const float alike = facing * facing * std::max(0.0f, 1 - steps.depth / steps.slope);
   const float d = planes.level[there] - planes.level[here];
   const float least = kMinVariance * planes.level[here] * planes.level[here] + kLeastVariance;
   return {alike, alike * d * d / (planes.variance[here] + planes.variance[there] + least)};
@@ -83,23 +93,27 @@ inline void add_window_reference(const WindowPlanes& planes, int height, WindowS
 inline void find_noise_reference(const WindowPlanes& planes, int width, float* noise) {
   using namespace light_window;
   for (int x = 0; x < width; ++x) {
-    float spread[kSectors] = {}, counts[kSectors] = {}, sum = planes.spread[x], count = 1;
-    for (int i = 0; i < kSectors; ++i) {
-      for (int k = 0; k < kSectorPixels - 1; ++k) {
-        const SectorStep step = sector_step(i, k);
+    float spread[kOctants] = {}, counts[kOctants] = {}, sum = planes.spread[x], count = 1;
+    for (int i = 0; i < kOctants; ++i) {
+      for (int k = 0; k < kOctantPixels; ++k) {
+        const OctantStep step = octant_step(i, k);
         const std::ptrdiff_t to = step.y * planes.stride + step.x;
         const float distance = std::sqrt(static_cast<float>(step.x * step.x + step.y * step.y));
-        if (!(compare(planes, x, to, distance).alike > 0)) continue;
+        const SurfaceSteps steps = surface_steps(planes, x, to, distance);
+        if (!(steps.normal < kNormalDifference && steps.depth < steps.slope)) continue;
         spread[i] += planes.spread[x + to];
         counts[i] += 1;
       }
       sum += spread[i];
       count += counts[i];
     }
-    float least = std::numeric_limits<float>::infinity();
-    for (int i = 0; i < kSectors; ++i)
-      least = std::min(least, (planes.spread[x] + spread[i]) + (kSectorPixels - 1.0f - counts[i]) * (sum / count));
-    noise[x] = least / kSectorPixels;
+    noise[x] = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < kOctants; ++i) {
+      const int next = (i + 1) % kOctants;
+      const float there = 1 + counts[i] + counts[next], counted = std::max(there, kOctantPixels + 1.0f);
+      const float of_side = planes.spread[x] + spread[i] + spread[next];
+      noise[x] = std::min(noise[x], (of_side + (counted - there) * (sum / count)) / counted);
+    }
   }
 }
 

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "core/random.h"
@@ -98,6 +102,18 @@ TEST(LightWindow, FindsTheSameNoiseAsPlainLoops) {
     find_noise(planes, kWidth, noise.data());
     EXPECT_EQ(std::memcmp(noise.data(), expected.data(), kWidth * sizeof(float)), 0);
   });
+}
+
+TEST(LightWindow, OctantsCoverTheWindowOnce) {
+  using namespace light_window;
+  std::set<std::pair<int, int>> places;
+  for (int octant = 0; octant < kOctants; ++octant)
+    for (int pixel = 0; pixel < kOctantPixels; ++pixel) {
+      const OctantStep step = octant_step(octant, pixel);
+      EXPECT_LE(std::max(std::abs(step.x), std::abs(step.y)), kWindowReach);
+      EXPECT_TRUE(places.emplace(step.x, step.y).second) << step.x << ", " << step.y;
+    }
+  EXPECT_EQ(places.size(), (2 * kWindowReach + 1) * (2 * kWindowReach + 1) - 1);
 }
 
 }  // namespace
