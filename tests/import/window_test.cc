@@ -90,6 +90,47 @@ TEST_F(WindowTest, KlemsBasesAreKnown) {
   }
 }
 
+TEST_F(WindowTest, ConstantTreesAreWhiteFurnaces) {
+  const std::string leaf = "{" + std::to_string(0.4 / M_PI) + "}";
+  for (const int rank : {3, 4}) {
+    std::string branches = "{";
+    for (int i = 0; i < 1 << rank; ++i) branches += leaf;
+    const std::string grid = "{" + constant(std::size_t{1} << rank, 0.6 / M_PI) + "}";
+    const auto tree = read(window(block("Reflection Back", branches + "}", "") + block("Transmission Front", grid, ""),
+                                  "TensorTree" + std::to_string(rank), ""));
+    for (const Vec3 wo : {Vec3{0, 0, 1}, normalize({1, 0.5f, 0.3f}), normalize({-0.2f, -1, 1})}) {
+      EXPECT_NEAR(tree->albedo(false, false, wo), 0.4, 1e-4) << rank;
+      EXPECT_NEAR(tree->albedo(false, true, wo), 0.6, 1e-4) << rank;
+    }
+  }
+  EXPECT_THAT(notes_, HasNote("averaged over the 145 patches"));
+}
+
+/// By the conventions of Radiance's bsdf_t.c, with the sides as those of matrices.
+TEST_F(WindowTest, HalvesOfATreeAreHalvesOfTheDisc) {
+  const auto lit = [](int rank, int lit_branch, bool as_grid) {
+    std::string out = "{";
+    for (int i = 0; i < 1 << rank; ++i)
+      out += i == lit_branch ? (as_grid ? " 0.25" : "{0.25}") : (as_grid ? " 0" : "{0}");
+    return window(block("Transmission Front", out + "}", ""), "TensorTree" + std::to_string(rank), "");
+  };
+  const auto passes = [&](const std::shared_ptr<const MeasuredBsdf>& tree, Vec3 wo, Vec3 way) {
+    return tree->evaluate(false, true, normalize(wo), -normalize(way));
+  };
+  // Light that goes towards +x and +y (bits 0 and 1) leaves towards -x and -y.
+  const auto four = read(lit(4, 3, false));
+  EXPECT_NEAR(passes(four, {-1, -1, 1}, {1, 1, 1}), 0.25, 1e-5);
+  EXPECT_EQ(passes(four, {-1, -1, 1}, {-1, -1, 1}), 0);
+  EXPECT_EQ(passes(four, {1, 1, 1}, {1, 1, 1}), 0);
+  // Beside the way, towards +x and -y where it is +x.
+  for (const bool as_grid : {false, true}) {
+    const auto three = read(lit(3, 2, as_grid));
+    EXPECT_NEAR(passes(three, {1, -1, 1}, {1, 0, 1}), 0.25, 1e-5) << as_grid;
+    EXPECT_NEAR(passes(three, {1, 1, 1}, {0, 1, 1}), 0.25, 1e-5) << as_grid;
+    EXPECT_EQ(passes(three, {1, 1, 1}, {1, 0, 1}), 0) << as_grid;
+  }
+}
+
 TEST_F(WindowTest, BadFilesAreRefusedWithTheirPlace) {
   const std::string good = window(block("Transmission Front", constant(25, 0.1)));
   EXPECT_EQ(refusal(good), "accepted");
@@ -107,7 +148,9 @@ TEST_F(WindowTest, BadFilesAreRefusedWithTheirPlace) {
       {window(block("Transmission Front", "0.1 x")), "holds 'x', which is no number"},
       {window(block("Sideways", constant(25, 0.1))), "unknown WavelengthDataDirection 'sideways'"},
       {window(block("Transmission Front", constant(25, 0.1), "Six")), "unknown basis 'six'"},
-      {window("", "TensorTree4"), "bsdf2klems"},
+      {window(block("Transmission Front", "{0.1 0.2}"), "TensorTree4"), "has 2 values, which is no power of 16"},
+      {window(block("Transmission Front", "{0.1"), "TensorTree3"), "lacks a '}'"},
+      {window(block("Transmission Front", "{x}"), "TensorTree3"), "holds 'x', which is no number"},
       {window(
            "", "Columns",
            "<AngleBasis><AngleBasisBlock><nPhis>3</nPhis><UpperTheta>90</UpperTheta></AngleBasisBlock></AngleBasis>"),

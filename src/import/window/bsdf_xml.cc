@@ -12,6 +12,7 @@
 #include "core/lines.h"
 #include "core/parallel.h"
 #include "core/text.h"
+#include "import/window/tensor_tree.h"
 
 namespace glowworm {
 
@@ -19,7 +20,9 @@ namespace {
 
 constexpr std::size_t kMostPatches = 1024;
 constexpr double kMostValue = 1e9;  // sr^-1; of a mirror of patches, one over their size
-constexpr const char* kRemedy = "Give a file of BSDF data as WINDOW or genBSDF write it, with a Klems basis.";
+constexpr const char* kRemedy = "Give a file of BSDF data as WINDOW or genBSDF write it.";
+/// The basis that trees are averaged over: 145 patches.
+constexpr const char* kBasisOfTrees = "lbnl/klems full";
 
 std::string_view trimmed_text(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
@@ -140,6 +143,9 @@ class BsdfXmlReader {
       event == XmlElements::Event::begin ? begin() : end();
     if (!basis_) xml_.fail("the file has no matrix of visible light");
     auto out = std::make_shared<const MeasuredBsdf>(PatchBasis(bases_.at(*basis_)), std::move(values_));
+    if (rank_ > 0)
+      notes.push_back(fmt::format("its trees are averaged over the {} patches of the Klems basis",
+                                  PatchBasis(bases_.at(*basis_)).size()));
     constexpr double kNotable = 0.01;
     const MeasuredBsdf::Corrections& c = out->corrections();
     if (c.asymmetry > kNotable)
@@ -187,8 +193,10 @@ class BsdfXmlReader {
 
   void set_order(std::string_view text) {
     const std::string order = lower(text);
-    if (order.starts_with("tensortree"))
-      xml_.fail("tensor trees are not read: turn the file into a matrix by bsdf2klems");
+    if (order == "tensortree3" || order == "tensortree4") {
+      rank_ = order.back() - '0';
+      return;
+    }
     by_rows_ = order == "rows";
     if (!by_rows_ && order != "columns") xml_.fail(fmt::format("unknown IncidentDataStructure '{}'", text));
   }
@@ -223,6 +231,7 @@ class BsdfXmlReader {
   };
 
   void add_block() {
+    if (rank_ > 0) block_.columns = block_.rows = kBasisOfTrees;
     const auto known = bases_.find(block_.columns);
     if (known == bases_.end()) xml_.fail(fmt::format("unknown basis '{}'", block_.columns));
     if (block_.rows != block_.columns) xml_.fail("light that comes and light that goes have different bases");
@@ -230,7 +239,7 @@ class BsdfXmlReader {
     basis_ = block_.columns;
     const PatchBasis basis(known->second);
     const std::size_t n = basis.size();
-    const std::vector<float> data = matrix(n * n);
+    const std::vector<float> data = rank_ > 0 ? matrix_of_tree(tree(), basis) : matrix(n * n);
     // The front here is WINDOW's back. A matrix has the way of the light that comes, which is opposite to where it is.
     const bool reflects = block_.direction.starts_with("reflection");
     const bool from_front = block_.direction.ends_with(" back");
@@ -247,6 +256,14 @@ class BsdfXmlReader {
         // Transmission is by the patches in front and behind.
         (!reflects && from_front ? out[from * n + o] : out[o * n + from]) = value;
       }
+  }
+
+  TensorTree tree() const {
+    try {
+      return TensorTree(block_.data, rank_, kMostValue);
+    } catch (const Error& error) {
+      xml_.fail_at(block_.line, error.what());
+    }
   }
 
   std::vector<float> matrix(std::size_t count) const {
@@ -278,6 +295,7 @@ class BsdfXmlReader {
   std::string basis_name_;
   std::string_view wavelength_ = "Visible";
   bool by_rows_ = false;
+  int rank_ = 0;  // of tensor trees; 0: matrices
   Block block_;
   std::optional<std::string> basis_;
   MeasuredBsdf::Values values_;
@@ -287,7 +305,9 @@ class BsdfXmlReader {
 
 std::uint64_t bsdf_bytes(std::string_view text) {
   // A number of two letters becomes eight floats: values and sums of two sides, reflected and passed.
-  return text.size() * 8 * sizeof(float) / 2;
+  // Trees, which may be short, become matrices of 145 patches.
+  constexpr std::uint64_t kOfTrees = 145 * 145 * 10 * sizeof(float);
+  return text.size() * 8 * sizeof(float) / 2 + kOfTrees;
 }
 
 std::shared_ptr<const MeasuredBsdf> parse_bsdf_xml(std::string_view text, const std::string& path,
