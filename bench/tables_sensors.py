@@ -16,7 +16,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
-COUNTS = (1, 100)
+COUNTS = (1, 10, 100)
 WAYS = (("chosen", []), ("paths", ["--integrator", "path"]), ("photons", ["--integrator", "gather"]))
 HEAD = 'Camera "perspective"\nWorldBegin\n'
 SKY = 'LightSource "infinite" "rgb L" [30 30 30]\n'

@@ -2,8 +2,8 @@
 """Times a year of an office with blinds and 1,000 sensors, and compares hours of it with measurements of single hours:
 bench/results/year.md.
 
-usage: tables_year.py [PROGRAM [HOURS [SENSORS [SAMPLES]]]]
-  HOURS hours (40) are measured at SENSORS of the sensors (50) with SAMPLES samples (16)
+usage: tables_year.py [PROGRAM [HOURS [SENSORS [PATHS]]]]
+  HOURS hours (40) are measured by path tracing at SENSORS of the sensors (6) with PATHS paths each (8192)
 """
 import csv
 import math
@@ -19,7 +19,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
-HOURS, SENSORS, SAMPLES = (int(word) for word in (sys.argv[2:] + ["40", "50", "16"][len(sys.argv[2:]):]))
+HOURS, SENSORS, PATHS = (int(word) for word in (sys.argv[2:] + ["40", "6", "8192"][len(sys.argv[2:]):]))
 
 WIDTH, HEIGHT, DEPTH = 6, 3, 8  # of the office (m): x, y, z; its window faces south, towards z
 COLORS = {"floor": 0.2, "ceiling": 0.8, "wall": 0.5, "slat": 0.7, "desk": 0.4}
@@ -123,31 +123,36 @@ def rows_of(path):
 
 
 def compare(name, scene, weather, year, folder):
-    """A row of the table: how far the year is from single hours, over the error of the latter, too."""
+    """Rows of the table: how far the year is from paths of single hours, with and without the sun."""
     places = [(WIDTH * (i + 0.5) / 25, DEPTH * (j + 0.5) / 40) for i in range(25) for j in range(40)]
     chosen = random.Random(2).sample(range(len(places)), SENSORS)
     points = folder / "some.pts"
     points.write_text("".join(f"{places[i][0]:g} 0.8 {places[i][1]:g} 0 1 0\n" for i in chosen), encoding="utf-8")
     lit = [row for row in rows_of(year)[1:] if max(map(float, row[3:])) > 100]
-    relative, beyond, total, errors = [], 0, 0, []
+    direct = {tuple(row[1:4]): float(row[14]) for row in rows_of(weather)[8:]}
+    found = {False: [], True: []}
     for row in random.Random(3).sample(lit, HOURS):
         month, day, hour = row[:3]
         table = folder / "hour.csv"
-        run("measure", scene, "--points", points, "--sky", f"epw:{weather},{month},{day},{hour}", "--samples", SAMPLES,
-            "-o", table)
-        found = rows_of(table)[1:]
-        squares = truth = noise = 0
-        for place, values in zip(chosen, found):
-            lux, error, ours = float(values[10]), float(values[11]), float(row[3 + place])
-            squares += (ours - lux) ** 2
-            noise += (error * lux) ** 2
-            truth += lux**2
-            total += 1
-            beyond += abs(ours - lux) > (0.05 + 2 * error) * lux
-        relative.append(math.sqrt(squares / truth))
-        errors.append(math.sqrt(noise / truth))
-    return (f"| {name} | {100 * statistics.median(relative):.1f}% | {100 * max(relative):.1f}% | "
-            f"{100 * statistics.median(errors):.1f}% | {100 * (1 - beyond / total):.1f}% |")
+        # Few photons: they bring what the panes reflect of the sun to places where paths do not find it.
+        run("measure", scene, "--points", points, "--sky", f"epw:{weather},{month},{day},{hour}", "--integrator", "path",
+            "--samples", PATHS, "--photons", 10000, "-o", table)
+        values = [(float(row[3 + place]), float(line[10]), float(line[11]) * float(line[10]))
+                  for place, line in zip(chosen, rows_of(table)[1:])]
+        found[direct[month, day, hour] > 0].append(values)
+    rows = []
+    for sunny, hours in found.items():
+        if not hours:
+            continue
+        apart = [math.sqrt(sum((o - m) ** 2 for o, m, e in h) / sum(m * m for o, m, e in h)) for h in hours]
+        errors = [math.sqrt(sum(e * e for o, m, e in h) / sum(m * m for o, m, e in h)) for h in hours]
+        every = [v for h in hours for v in h]
+        bias = sum(o for o, m, e in every) / sum(m for o, m, e in every) - 1
+        within = sum(abs(o - m) <= 0.05 * m + 2 * e for o, m, e in every) / len(every)
+        rows.append(f"| {name} | {'with' if sunny else 'without'} | {len(hours)} | {100 * bias:+.1f}% | "
+                    f"{100 * statistics.median(apart):.1f}% | {100 * max(apart):.1f}% | "
+                    f"{100 * statistics.median(errors):.1f}% | {100 * within:.1f}% |")
+    return rows
 
 
 def main():
@@ -164,15 +169,16 @@ def main():
             wall, spent, memory = run("daylight", scene, "--epw", weather, "--points", points, "-o", year)
             times.append(f"| {label} | {wall:.0f} | {spent:.0f} | {memory:.0f} |")
             print(times[-1], flush=True)
-            differences.append(compare(label, scene, weather, year, folder))
-            print(differences[-1], flush=True)
+            differences += compare(label, scene, weather, year, folder)
+            print(*differences[-2:], sep="\n", flush=True)
     lines = ["# A year of daylight", "Written by `bench/tables_year.py`.", "",
              f"8,760 hours of 1,000 sensors, 145 patches of the sky; {platform.machine()}, {os.cpu_count()} cores.", "",
              "| scene | s | CPU s | MB |", "| --- | --- | --- | --- |", *times, "",
-             f"Against `glowworm measure` of {HOURS} hours with more than 100 lx at {SENSORS} sensors. Differences are "
-             "root mean squares over the sensors of an hour, relative to their illuminance.", "",
-             "| scene | median difference | largest | median error of measure | within 5% and twice the error of measure |",
-             "| --- | --- | --- | --- | --- |", *differences]
+             f"Against `glowworm measure --integrator path` of {HOURS} hours with more than 100 lx at {SENSORS} sensors, "
+             f"{PATHS} paths each. Differences are root mean squares over the sensors of an hour, relative to their "
+             "illuminance; the bias is of the sum over hours and sensors.", "",
+             "| scene | sun | hours | bias | median difference | largest | median error of paths | within 5% and twice the "
+             "error of paths |", "| --- | --- | --- | --- | --- | --- | --- | --- |", *differences]
     target = ROOT / "bench/results/year.md"
     target.parent.mkdir(exist_ok=True)
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")

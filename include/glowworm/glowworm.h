@@ -2,6 +2,7 @@
 // are private.
 #pragma once
 #include "glowworm/bake.h"
+#include "glowworm/daylight.h"
 #include "glowworm/density.h"
 #include "glowworm/error.h"
 #include "glowworm/interrupt.h"

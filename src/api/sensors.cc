@@ -1,13 +1,12 @@
 // The public header glowworm/sensors.h.
 #include "glowworm/sensors.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 
-#include "api/checks.h"
 #include "api/run_job.h"
 #include "api/scene_implementation.h"
+#include "api/sensor_input.h"
 #include "control/job.h"
 #include "core/error.h"
 #include "core/log.h"
@@ -19,28 +18,6 @@
 namespace glowworm::api {
 
 namespace {
-
-Sensors sensors_of(std::span<const Vec3> position, std::span<const Vec3> normal, const glowworm::Scene& scene) {
-  check_lengths(normal.size(), position.size(), "normals", "sensors");
-  if (position.empty()) throw Error("there are no sensors", "Give one or more.");
-  check_finite(position, "sensor");
-  check_unit(normal, "normal");
-  Sensors sensors;
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    const Vec3 p = position[i], n = normal[i];
-    sensors.add(scene.inside(inner(p)), normalize(glowworm::Vec3{n.x, n.y, n.z}));
-  }
-  return sensors;
-}
-
-void check_outside(const Sensors& sensors, const glowworm::Tracer& tracer) {
-  const std::vector<std::uint32_t> around = objects_around(sensors, tracer);
-  for (std::size_t i = 0; i < around.size(); ++i)
-    if (around[i] != kNone)
-      throw Error("sensor " + std::to_string(i) + " is inside of the solid object \"" +
-                      tracer.scene().geometry().objects[around[i]].name + "\"",
-                  "Move it out: rays from it meet the back of that object's surface in all directions.");
-}
 
 /// The settings of `glowworm measure`.
 RenderSettings measure_settings(const RenderOptions& options) {
@@ -62,8 +39,7 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   const Scene::Implementation& inner = scene.implementation();
   const std::shared_ptr<const glowworm::Scene> lit = lit_by_its_own(inner.scene);
   const auto tracer = lit == inner.scene ? inner.tracer : std::make_shared<const glowworm::Tracer>(*lit);
-  const Sensors sensors = sensors_of(position, normal, *lit);
-  if (!options.on_surfaces) check_outside(sensors, *tracer);
+  const Sensors sensors = sensors_of(position, normal, *tracer, options.on_surfaces);
   for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, options.on_surfaces));
   const RenderSettings asked = with_room_for(sensors.size(), measure_settings(options.render));

@@ -39,7 +39,7 @@ bool is_late(const Job& job) {
 
 }  // namespace
 
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, double before, double share) {
   ProgressBar bar(!quiet);
   bool warned = false;
   // Signals are seen at the next look.
@@ -54,7 +54,7 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
       warned = true;
     }
     for (RepeatedWork& work : repeated) run_if_due(job, work);
-    bar.update(job.progress(), caught_interrupt() ? "stopping" : work_of(job));
+    bar.update(before + share * job.progress(), caught_interrupt() ? "stopping" : work_of(job));
   }
   bar.finish();
   try {

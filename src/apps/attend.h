@@ -17,6 +17,8 @@ struct RepeatedWork {
 
 /// Waits for the job, shows progress, does the repeated work, and cancels the job after a Ctrl-C. Returns the job's
 /// exception, or null.
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated);
+/// @param before, share the part of all work that the job is, for the progress
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, double before = 0,
+                          double share = 1);
 
 }  // namespace glowworm

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,28 +23,18 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
-#include "core/random.h"
 #include "core/text.h"
 #include "measure/annual_metrics.h"
 #include "measure/doubts.h"
+#include "measure/find_year.h"
 #include "measure/measurement.h"
-#include "measure/sky_patches.h"
 #include "measure/year.h"
 #include "measure/year_files.h"
+#include "measure/zones.h"
 
 namespace glowworm {
 
 namespace {
-
-/// Samples of sensors in a round of coefficients; the spread of rounds tells their error.
-constexpr std::uint32_t kSamplesOfRound = 2;
-constexpr std::uint32_t kMostRounds = 64;
-/// Gather rays of a sample, where their number is automatic: few of them find a window, and that is most of the noise.
-constexpr std::uint32_t kGatherRays = 1024;
-/// Photons of a round for each place of the sky or the sun.
-constexpr std::uint64_t kPhotonsOfPlace = 2000;
-/// Error of the illuminance of an hour at which rounds end: it holds within 5% with a chance of 95%.
-constexpr double kNoise = 0.025;
 
 struct DaylightOptions {
   std::string scene, command_line, weather, output, metrics, hours = "8-18", schedule, shade_schedule;
@@ -61,10 +51,10 @@ struct DaylightOptions {
 MetricLimits limits_of(const DaylightOptions& o) {
   MetricLimits out;
   const std::vector<double> useful = numbers_of<double>(o.useful);
-  if (useful.size() != out.useful.size() || !(useful[0] > 0 && useful[0] < useful[1] && useful[1] < useful[2]))
+  if (useful.size() == out.useful.size()) std::copy(useful.begin(), useful.end(), out.useful.begin());
+  if (useful.size() != out.useful.size() || !out.are_sound())
     throw CommandLineError(fmt::format("--udi '{}' are not three rising illuminances", o.useful),
                            "Write lx, for example 100,300,3000.");
-  std::copy(useful.begin(), useful.end(), out.useful.begin());
   out.autonomy = o.autonomy;
   out.sun = o.sun_lux;
   out.sun_hours = o.sun_hours;
@@ -83,11 +73,7 @@ void check_options(const DaylightOptions& o) {
     throw CommandLineError(fmt::format("'{}' does not end in .csv or .json", o.metrics));
   if (o.shades.empty() != o.shade_schedule.empty())
     throw CommandLineError("--shade and --shade-schedule are given together or not at all");
-  if (o.table.settings.integrator != Integrator::gather)
-    throw CommandLineError("daylight supports only --integrator gather", "Leave it out.");
-  if (o.table.settings.samples > 0 && o.table.settings.samples <= kSamplesOfRound)
-    throw CommandLineError(fmt::format("--samples {} leaves the error unknown", o.table.settings.samples),
-                           fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
+  read_command_line([&] { check_year_settings(o.table.settings); });
   limits_of(o);
 }
 
@@ -113,9 +99,7 @@ OutputFiles files_of(const DaylightOptions& o) {
 
 /// What is read before any scene.
 struct YearInputs {
-  YearSky sky;
-  SkyPatches patches;
-  double latitude = 0;
+  YearModel model;
   std::vector<std::uint8_t> occupied;
   std::vector<std::uint32_t> state_of_hour;
 };
@@ -123,11 +107,9 @@ struct YearInputs {
 YearInputs read_inputs(const DaylightOptions& o) {
   const WeatherYear weather = parse_weather_year(read_input_file(o.weather), o.weather);
   for (const std::string& note : weather.notes) inform(fmt::format("note: {}: {}", o.weather, note));
-  YearInputs out{{}, SkyPatches(static_cast<int>(o.patches)), weather.hours.front().moment.latitude, {}, {}};
-  out.sky = year_sky(weather, out.patches, o.ground);
-  if (out.sky.lit.empty()) throw Error({o.weather}, "has no hour with light");
+  YearInputs out{YearModel(weather, o.weather, static_cast<int>(o.patches), o.ground, o.sun_step), {}, {}};
   if (!o.sky_matrix.empty())
-    replace_sky(out.sky, parse_matrix(read_input_file(o.sky_matrix), o.sky_matrix), o.sky_matrix);
+    replace_sky(out.model.sky, parse_matrix(read_input_file(o.sky_matrix), o.sky_matrix), o.sky_matrix);
   const std::size_t hours = weather.hours.size();
   if (o.schedule.empty())
     read_command_line([&] { out.occupied = occupied_hours(o.hours, weather.hours); });
@@ -140,91 +122,40 @@ YearInputs read_inputs(const DaylightOptions& o) {
   return out;
 }
 
-/// A scene under the patches of the sky and the suns of a grid.
-struct YearScene {
-  std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const Tracer> tracer;
+/// A scene as read, and under the sky.
+struct ReadScene {
+  std::shared_ptr<const Scene> plain;
+  YearScene sky;
 };
 
-YearScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs, const SunGrid& suns,
+ReadScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs,
                    std::uint64_t memory_bytes, OutputFiles& files) {
   ImportOptions import_options;
   import_options.budget = loading_budget(memory_bytes);
-  const std::shared_ptr<const Scene> plain =
-      lit_by_its_own(open_scene(path, import_options, o.changes.changes, &files));
+  std::shared_ptr<const Scene> plain = lit_by_its_own(open_scene(path, import_options, o.changes.changes, &files));
   tell_notes(*plain, path);
-  YearScene out;
-  out.scene = std::make_shared<const Scene>(scene_under_patches(*plain, inputs.patches, suns.places()));
-  out.tracer = std::make_shared<const Tracer>(*out.scene);
-  return out;
+  YearScene sky = under_sky(*plain, inputs.model);
+  return {std::move(plain), std::move(sky)};
 }
 
-/// The sensors of one scene in another, whose origin may differ.
-Sensors moved(Sensors sensors, const Scene& from, const Scene& to) {
-  for (Vec3& p : sensors.position) p = narrow(from.outside(p) - Vec3d(to.origin()));
-  return sensors;
-}
-
-RenderSettings round_settings(const DaylightOptions& o, std::size_t sources, std::uint32_t round) {
-  RenderSettings s = sensor_settings(o.table.settings);
-  s.light_groups = true;
-  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  if (s.photons == 0) s.photons = kPhotonsOfPlace * sources;
-  s.default_gather = kGatherRays;
-  s.seed = hash_combine(s.seed, round);
-  s.samples = kSamplesOfRound;
-  s.noise_target = 0;
-  s.time_limit_s = 0;
-  return s;
-}
-
-/// Root mean square.
-double mean_error(const std::vector<float>& errors) {
-  const double sum = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(errors.size(), 1)));
-}
-
-struct FoundState {
-  YearState state;
-  std::vector<float> relative_error;
-};
-
-/// Finds coefficients in rounds until their error is small enough; nothing after a Ctrl-C.
-std::optional<FoundState> find_state(const DaylightOptions& o, const YearScene& lit, const Sensors& sensors,
-                                     const YearInputs& inputs, const SunGrid& suns) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto grid = coefficient_grid(sensors, o.sensors.on_surfaces());
-  const RenderSettings& asked = o.table.settings;
-  const double noise = asked.noise_target > 0 ? asked.noise_target : kNoise;
-  CoefficientMean mean(inputs.sky, suns);
-  double error = 0;
-  for (std::uint32_t round = 0; asked.samples > 0 ? round * kSamplesOfRound < asked.samples : round < kMostRounds;
-       ++round) {
-    const RenderSettings s = round_settings(o, inputs.patches.size() + suns.places().size(), round);
-    Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
-    if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
-    if (job.ending() == Ending::cancelled) return std::nullopt;
-    mean.add(coefficients_of(job, sensors.size(), suns.places().size()));
-    error = mean_error(mean.relative_error());
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    detail(fmt::format("round {}: relative error {:.3g}, {:.1f} s", round + 1, error, spent.count()));
-    if (mean.count() < 2) continue;
-    if (asked.samples == 0 && error <= noise) break;
-    if (asked.time_limit_s > 0 && spent.count() > asked.time_limit_s) break;
-  }
-  FoundState out{{mean.mean(), direct_sun(*lit.tracer, *grid, sensors.size(), inputs.sky)}, mean.relative_error()};
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", mean.count(), spent.count(), error));
-  return out;
+/// Finds coefficients; nothing after a Ctrl-C.
+std::optional<FoundState> find_shown(const DaylightOptions& o, const ReadScene& scene, const Sensors& sensors,
+                                     const YearInputs& inputs) {
+  return find_state(*scene.plain, scene.sky, sensors, o.sensors.on_surfaces(), inputs.model, o.table.settings,
+                    [&](Job& job, YearProgress part) {
+                      const std::exception_ptr failure = attend(job, o.report.quiet, {}, part.before, part.share);
+                      if (failure) std::rethrow_exception(failure);
+                    });
 }
 
 RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,
-               const Scene& scene, const YearState& bare, const std::vector<float>& relative_error) {
+               const std::vector<Zone>& zones, const Scene& scene, const YearState& bare,
+               const std::vector<float>& relative_error) {
   constexpr float kLevel = 0.02f;  // of a normal: a degree
   RatedYear out;
   out.limits = limits_of(o);
   out.metrics = metrics_of(year, inputs.occupied, out.limits);
-  out.daylight_factor = share_under(bare.coefficients, overcast_sky(inputs.patches, o.ground));
+  out.daylight_factor = share_under(bare.coefficients, overcast_sky(inputs.model.patches, o.ground));
   out.relative_error = relative_error;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     out.place.push_back(scene.to_file_axes(scene.outside(sensors.position[i])));
@@ -233,16 +164,19 @@ RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inp
   }
   std::vector<std::uint32_t> all(sensors.size());
   std::iota(all.begin(), all.end(), 0u);
-  out.zone_names.push_back("all");
-  out.zones.push_back(metrics_of_zone(out.metrics, all, sensors.weight, out.limits));
+  const auto add_zone = [&](const std::string& name, std::span<const std::uint32_t> chosen) {
+    out.zone_names.push_back(name);
+    out.zones.push_back(metrics_of_zone(out.metrics, chosen, sensors.weight, out.limits));
+  };
+  add_zone("all", all);
+  for (const Zone& zone : zones) add_zone(zone.name, std::span(all).subspan(zone.first, zone.count));
   for (const std::string& text : o.boxes) {
     const RatedBox box = parse_rated_box(text);
     std::vector<std::uint32_t> chosen;
     for (const std::uint32_t i : all)
       if (box.contains(out.place[i])) chosen.push_back(i);
     if (chosen.empty()) throw Error(fmt::format("no sensor is in --box '{}'", text));
-    out.zone_names.push_back(box.name);
-    out.zones.push_back(metrics_of_zone(out.metrics, chosen, sensors.weight, out.limits));
+    add_zone(box.name, chosen);
   }
   return out;
 }
@@ -263,19 +197,19 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
   };
   write(o.output, [&] {
     return lower_ending(o.output) == ".mtx" ? matrix_text(matrix_of_year(year), o.command_line)
-                                            : year_csv(year, inputs.sky.hours, o.command_line);
+                                            : year_csv(year, inputs.model.sky.hours, o.command_line);
   });
   write(o.metrics, [&] {
     return lower_ending(o.metrics) == ".json" ? metrics_json(rated, o.command_line)
                                               : metrics_csv(rated, o.command_line);
   });
   write(o.write_matrix, [&] { return matrix_text(coefficients.sky, o.command_line); });
-  write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.sky), o.command_line); });
+  write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.model.sky), o.command_line); });
   files.throw_if_any_failed();
 }
 
 void check_room(const DaylightOptions& o, std::size_t sensors, const YearInputs& inputs, std::uint64_t memory_bytes) {
-  const std::size_t hours = inputs.sky.hours.size();
+  const std::size_t hours = inputs.model.sky.hours.size();
   const std::uint64_t bytes = Year::bytes(sensors, hours) * (2 + o.shades.size());
   if (bytes > memory_bytes / 2)
     throw MemoryError(fmt::format("{} hours of {} sensors take {:.0f} MB; half of the memory budget has room for less",
@@ -292,26 +226,27 @@ int run_daylight(DaylightOptions& o) {
   const std::uint64_t memory_bytes =
       o.table.settings.memory_bytes > 0 ? o.table.settings.memory_bytes : default_memory_bytes();
   const YearInputs inputs = read_inputs(o);
-  const SunGrid suns(inputs.latitude, inputs.sky.sun, inputs.sky.beam, o.sun_step);
-  const YearScene first = open_lit(o, o.scene, inputs, suns, memory_bytes, files);
+  const SunGrid& suns = inputs.model.suns;
+  const ReadScene first = open_lit(o, o.scene, inputs, memory_bytes, files);
   MemoryBudget budget(memory_bytes);
-  const Sensors sensors = make_sensors(o.sensors, *first.tracer, budget);
+  std::vector<Zone> zones;
+  const Sensors sensors = make_sensors(o.sensors, *first.sky.tracer, budget, zones, false);
   check_room(o, sensors.size(), inputs, memory_bytes);
   inform(fmt::format("{}: {} triangles, {} sensors, {} hours with light, {} patches of the sky, {} places of the sun",
-                     first.scene->name(), first.scene->geometry().triangle_count(), sensors.size(),
-                     inputs.sky.lit.size(), o.patches, suns.places().size()));
+                     first.plain->name(), first.plain->geometry().triangle_count(), sensors.size(),
+                     inputs.model.sky.lit.size(), o.patches, suns.places().size()));
   catch_interrupts();
   std::vector<YearState> states;
   std::vector<float> relative_error;  // of the first state
   for (std::size_t state = 0; state <= o.shades.size(); ++state) {
-    const YearScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, suns, memory_bytes, files);
-    std::optional<FoundState> here = find_state(o, lit, moved(sensors, *first.scene, *lit.scene), inputs, suns);
+    const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, memory_bytes, files);
+    std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
     if (!here) return kExitSignalled + caught_interrupt();
     if (state == 0) relative_error = std::move(here->relative_error);
     states.push_back(std::move(here->state));
   }
-  const Year year = year_of(inputs.sky, suns, states, inputs.state_of_hour);
-  const RatedYear rated = rate(o, year, inputs, sensors, *first.scene, states.front(), relative_error);
+  const Year year = year_of(inputs.model.sky, suns, states, inputs.state_of_hour);
+  const RatedYear rated = rate(o, year, inputs, sensors, zones, *first.plain, states.front(), relative_error);
   for (std::size_t i = 0; i < rated.zones.size(); ++i)
     inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
   write_year(o, year, inputs, rated, states.front().coefficients, files);
@@ -330,13 +265,14 @@ patch; here patches have their mean radiance and the sun is apart. --write-matri
 Metrics count occupied hours: sDA and ASE as in LM-83 (the sun without bounces, the
 scene without its shades), UDI in four bins, simplified DGP for sensors that face the
 horizon. The mean over hours is within twice relative_error of the truth with a chance
-of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%).
+of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%) or --time.
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.
 
 Examples:
   glowworm daylight office.glb --epw munich.epw --points desks.pts -o year.csv
   glowworm daylight office.glb --epw munich.epw --grid y=0.8,0.5 --metrics rooms.json
+  glowworm daylight office.glb --epw munich.epw --zone south=0,0.8,1,6,0.8,4 --metrics m.csv
   glowworm daylight up.glb --epw a.epw --grid y=0.8,0.5 --shade down.glb
       --shade-schedule blinds.txt --box south,0,0,0,6,1,4 --metrics rooms.csv)help";
 

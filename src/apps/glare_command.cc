@@ -6,6 +6,7 @@
 #include <exception>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +38,7 @@ namespace glowworm {
 namespace {
 
 struct GlareOptions {
-  std::string scene, command_line, views, view, output, picture;
+  std::string scene, command_line, views, view, output, picture, task;
   std::vector<std::string> lights;
   double threshold = kGlareThreshold;
   std::uint32_t side = 512;
@@ -101,6 +102,26 @@ GlarePicture picture_of(const Job& job) {
   picture.height = image.height();
   for (const RGB& pixel : image.rgb()) picture.luminance.push_back(illuminance(pixel) / image.radiance_scale);
   return picture;
+}
+
+/// The task of --task, if one is given.
+std::optional<GlareTask> task_of(const GlareOptions& o) {
+  if (o.task.empty()) return std::nullopt;
+  const std::vector<double> v = numbers_of<double>(o.task);
+  if (v.size() != 3 || !(v[2] > 0 && v[2] < M_PI))
+    throw CommandLineError(fmt::format("--task '{}' is no circle in a picture", o.task),
+                           "Write X,Y,ANGLE: pixels from the lower left corner, and radians across.");
+  return GlareTask{v[0], v[1], v[2]};
+}
+
+/// The luminance above which pixels of a picture are sources.
+double threshold_of(const GlareOptions& o, const GlarePicture& picture) {
+  const std::optional<GlareTask> task = task_of(o);
+  if (!task) return o.threshold;
+  double mean = 0;
+  read_command_line([&] { mean = task_luminance(picture, *task); });
+  inform(fmt::format("the task has {:.5g} cd/m^2: sources begin at {:.5g}", mean, kTaskFactor * mean));
+  return kTaskFactor * mean;
 }
 
 std::string table_head(const GlareOptions& o) {
@@ -182,7 +203,7 @@ int rate_picture(const GlareOptions& o) {
   else
     read_command_line([&] { view = view_of_picture(image, o.scene, o.view); });
   const GlarePicture picture = glare_picture_of(image, view);
-  const Glare glare = rate_glare(picture, {}, o.threshold);
+  const Glare glare = rate_glare(picture, {}, threshold_of(o, picture));
   // Radiance's pictures have x to the right of the view.
   const Vec3 forward = normalize(narrow(view.direction)), right = normalize(cross(forward, narrow(view.up)));
   tell_glare(1, glare);
@@ -224,6 +245,7 @@ std::shared_ptr<const Scene> lit_scene(GlareOptions& o, std::shared_ptr<MemoryBu
 int run_glare(GlareOptions& o) {
   o.report.apply();
   set_thread_count(o.table.settings);
+  task_of(o);
   if (rates_picture(o)) return rate_picture(o);
   if (o.views.empty()) throw CommandLineError("no views were given", "Give --views FILE with a line for each view.");
   if (!o.view.empty())
@@ -261,7 +283,7 @@ int run_glare(GlareOptions& o) {
     if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
     if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
     const GlarePicture picture = picture_of(job);
-    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera), o.threshold);
+    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera), threshold_of(o, picture));
     tell_glare(i + 1, glare);
     const Transform& m = camera.to_world;
     const auto axis = [&](Vec3 d) { return scene->to_file_axes(normalize(d)); };
@@ -303,6 +325,9 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
   add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
   add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
       ->group("Glare");
+  add_text(*c, "Glare", "--task", o->task, "X,Y,ANGLE",
+           "A circle in the picture that shows the task, by pixels from the lower left corner and radians across: "
+           "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5");
   add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
   c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
       ->allow_extra_args(false)

@@ -46,7 +46,7 @@ namespace {
 struct MeasureOptions {
   std::string scene, command_line, page;
   SensorOptions sensors;
-  std::vector<std::string> outputs, lights, zones;
+  std::vector<std::string> outputs, lights;
   bool melanopic = false;
   std::vector<std::string> spectra;  ///< LAMP=SPECTRUM
   int sky_patches = 0;               ///< 0: no matrix
@@ -86,14 +86,10 @@ void check_outputs(const MeasureOptions& o) {
 }
 
 void check_options(MeasureOptions& o) {
-  const int given = o.sensors.count() + int{!o.zones.empty()};
-  if (given != 1)
-    throw CommandLineError(
-        given == 0 ? "no sensors were given" : "sensors were given in more than one way",
-        "Give one of --points FILE, --grid PLANE,SPACING, --surface NAME,SPACING and --zone NAME=...");
+  o.sensors.check();
   if (o.outputs.empty() && o.page.empty())
     throw CommandLineError("no output was given", "Give -o FILE or --report FILE.");
-  if (!o.page.empty() && (o.zones.empty() || o.sky_patches > 0))
+  if (!o.page.empty() && (o.sensors.zones.empty() || o.sky_patches > 0))
     throw CommandLineError("--report needs zones and does not work with --sky-patches",
                            "Give --zone NAME=..., without --sky-patches.");
   check_outputs(o);
@@ -128,21 +124,6 @@ SensorPlan plan_of(const MeasureOptions& o, const std::shared_ptr<const Scene>& 
   return plan_sensors(scene, tracer, grid, asked, [](Job& pilot) {
     if (const std::exception_ptr failure = attend(pilot, true, {})) std::rethrow_exception(failure);
   });
-}
-
-/// The sensors of zones. Those inside of objects keep their places in the zones, and count for nothing.
-/// @param zones gets them
-Sensors sensors_of_zones(const MeasureOptions& o, const Tracer& tracer, const MemoryBudget& budget,
-                         std::vector<Zone>& zones) {
-  const std::size_t most = most_sensors(budget.limit());
-  Sensors sensors;
-  read_command_line([&] {
-    for (const std::string& zone : o.zones) zones.push_back(add_zone(zone, tracer, sensors, most - sensors.size()));
-  });
-  const std::vector<std::uint32_t> objects = objects_around(sensors, tracer);
-  for (std::size_t i = 0; i < sensors.size(); ++i)
-    if (objects[i] != kNone) sensors.weight[i] = 0;
-  return sensors;
 }
 
 std::string report_of(const MeasureOptions& o, const std::vector<Zone>& zones, const Measurement& measurement,
@@ -244,8 +225,7 @@ int run_measure(MeasureOptions& o) {
   const std::vector<AlphaOpic> efficacies = light_efficacies(o, *scene);
   MemoryBudget budget(asked.memory_bytes);
   std::vector<Zone> zones;
-  const Sensors sensors =
-      o.zones.empty() ? make_sensors(o.sensors, *tracer, budget) : sensors_of_zones(o, *tracer, budget, zones);
+  const Sensors sensors = make_sensors(o.sensors, *tracer, budget, zones, true);
   if (o.sky_patches == 0)
     for (const std::string& doubt : doubts_before(sensors, *tracer)) warn(doubt);
   catch_interrupts();
@@ -320,13 +300,6 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
                 ".html; - is CSV on standard output")
       ->allow_extra_args(false)
       ->option_text("FILE")
-      ->group("Sensors");
-  c->add_option(
-       "--zone", o->zones,
-       "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
-       "or the front of an object's surface")
-      ->allow_extra_args(false)
-      ->option_text("NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]")
       ->group("Sensors");
   add_text(*c, "Sensors", "--report", o->page, "FILE.html",
            "Report of the zones for A4: mean, minimum, uniformity, cylindrical illuminance, UGR, plans with isolines, "

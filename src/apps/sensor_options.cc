@@ -66,12 +66,35 @@ Sensors sensors_of(const SensorOptions& o, const Scene& scene, MemoryBudget& bud
   return sensors;
 }
 
+/// The sensors of zones. Those inside of objects count for nothing.
+Sensors sensors_of_zones(const SensorOptions& o, const Tracer& tracer, const MemoryBudget& budget,
+                         std::vector<Zone>& zones, bool eyes) {
+  const std::size_t most = most_sensors(budget.limit());
+  Sensors sensors;
+  read_command_line([&] {
+    for (const std::string& zone : o.zones)
+      zones.push_back(add_zone(zone, tracer, sensors, most - sensors.size(), eyes));
+  });
+  const std::vector<std::uint32_t> objects = objects_around(sensors, tracer);
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    if (objects[i] != kNone) sensors.weight[i] = 0;
+  for (const Zone& zone : zones)
+    if (std::all_of(objects.begin() + static_cast<std::ptrdiff_t>(zone.first),
+                    objects.begin() + static_cast<std::ptrdiff_t>(zone.first + zone.count),
+                    [](std::uint32_t object) { return object != kNone; }))
+      throw Error(fmt::format("all sensors of the zone '{}' are inside of solid objects", zone.name),
+                  "Move the zone out of them.");
+  return sensors;
+}
+
 }  // namespace
 
 void SensorOptions::check() const {
-  if (count() != 1)
-    throw CommandLineError(count() == 0 ? "no sensors were given" : "sensors were given in more than one way",
-                           "Give one of --points FILE, --grid PLANE,SPACING and --surface NAME,SPACING.");
+  const int given = int{!points.empty()} + int{!grid.empty()} + int{!surface.empty()} + int{!zones.empty()};
+  if (given != 1)
+    throw CommandLineError(
+        given == 0 ? "no sensors were given" : "sensors were given in more than one way",
+        "Give one of --points FILE, --grid PLANE,SPACING, --surface NAME,SPACING and --zone NAME=...");
 }
 
 void add_sensor_options(CLI::App& command, SensorOptions& o) {
@@ -80,9 +103,19 @@ void add_sensor_options(CLI::App& command, SensorOptions& o) {
   add_text(command, "Sensors", "--grid", o.grid, "PLANE,SPACING",
            "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
   add_text(command, "Sensors", "--surface", o.surface, "NAME,SPACING", "Sensors on the front of an object's surface");
+  command
+      .add_option(
+          "--zone", o.zones,
+          "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
+          "or the front of an object's surface")
+      ->allow_extra_args(false)
+      ->option_text("NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]")
+      ->group("Sensors");
 }
 
-Sensors make_sensors(const SensorOptions& o, const Tracer& tracer, MemoryBudget& budget) {
+Sensors make_sensors(const SensorOptions& o, const Tracer& tracer, MemoryBudget& budget, std::vector<Zone>& zones,
+                     bool eyes) {
+  if (!o.zones.empty()) return sensors_of_zones(o, tracer, budget, zones, eyes);
   Sensors sensors = sensors_of(o, tracer.scene(), budget);
   check_inside(o, sensors, tracer);
   return sensors;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/round_step.h"
 #include "core/vec.h"
 #include "image/canvas.h"
 
@@ -60,8 +61,7 @@ std::vector<float> scale_ticks(ColorScale scale) {
   }
   if (ticks.size() >= kEnough) return ticks;
   ticks.clear();
-  const double width = scale.high - scale.low, power = std::pow(10.0, std::floor(std::log10(width / kEnough)));
-  const double step = power * (width >= 5 * kEnough * power ? 5 : width >= 2 * kEnough * power ? 2 : 1);
+  const double step = round_step_below((scale.high - scale.low) / kEnough);
   for (double i = std::ceil(scale.low / step); i * step <= scale.high; ++i) take(i * step);
   return ticks;
 }

@@ -23,6 +23,9 @@ struct MetricLimits {
   /// 2012)
   std::array<double, 3> useful{100, 300, 3000};
   double glare = 0.4;  ///< of simplified DGP: disturbing
+
+  /// Whether `useful` rises from above 0.
+  bool are_sound() const { return useful[0] > 0 && useful[0] < useful[1] && useful[1] < useful[2]; }
 };
 
 /// Metrics of a sensor over the occupied hours; shares of them, from 0 to 1.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/error.h"
 #include "core/transform_double.h"
 
 namespace glowworm {
@@ -68,6 +69,22 @@ std::uint32_t connect(const GlarePicture& p, const std::vector<int>& level, std:
 }
 
 }  // namespace
+
+double task_luminance(const GlarePicture& p, const GlareTask& task) {
+  const Vec3 middle = angular_direction(p.kind, plane_of(p, task.x, p.height - task.y));
+  double sum = 0, solid_angle = 0;
+  for (std::size_t i = 0; i < p.luminance.size(); ++i) {
+    const int x = static_cast<int>(i) % p.width, y = static_cast<int>(i) / p.width;
+    const Vec3 d = angular_direction(p.kind, plane_of(p, x + 0.5, y + 0.5));
+    if (!(d.z > 0) || !(dot(d, middle) >= std::cos(task.opening / 2))) continue;
+    const double of_pixel = view_of_pixel(p, x, y).solid_angle;
+    sum += p.luminance[i] * of_pixel;
+    solid_angle += of_pixel;
+  }
+  if (!(solid_angle > 0))
+    throw Error("the task lies outside of the picture", "Give pixels from the lower left corner.");
+  return sum / solid_angle;
+}
 
 double position_index(Vec3 d) {
   constexpr double kMost = 16, kFarthest = 3, kNear = 0.6;

@@ -41,6 +41,17 @@ inline constexpr std::uint32_t kNoGlareSource = 0xffffffffu;
 /// src/util/evalglare.c). Unlike here, it joins pixels up to 0.2 rad apart to one source.
 inline constexpr double kGlareThreshold = 2000, kGlarePeak = 50'000;
 
+/// Where sources begin beside a task, over its mean luminance, as evalglare's manual has it with -t and -b 5.
+inline constexpr double kTaskFactor = 5;
+
+/// A circle in a picture that shows what the eye works on.
+struct GlareTask {
+  double x = 0, y = 0;   ///< its middle, pixels from the lower left corner
+  double opening = 0.5;  ///< the angle across it, radians
+};
+/// Mean luminance of a task over its solid angle, cd/m^2. Throws Error where the picture shows nothing of it.
+double task_luminance(const GlarePicture& picture, const GlareTask& task);
+
 /// The position index of a direction: above the line of sight that of Guth (as in the IES Lighting Handbook), below
 /// it that of Iwata and Tokura (1997); at most 16.
 /// @param direction unit, x to the right, y up, z along the view

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "core/round_step.h"
+
 namespace glowworm {
 
 namespace {
@@ -98,11 +100,7 @@ std::vector<float> round_levels(std::span<const float> values, double least_step
   constexpr double kMostSteps = 8, kNearly = 1e-3;
   const double width = double{*most} - *least;
   if (!(width > kNearly * *most)) return {};
-  const double least_of_all = std::max(width / kMostSteps, least_step);
-  const double power = std::pow(10.0, std::floor(std::log10(least_of_all)));
-  double step = 10 * power;
-  for (const double factor : {5.0, 2.0, 1.0})
-    if (factor * power >= least_of_all) step = factor * power;
+  const double step = round_step_above(std::max(width / kMostSteps, least_step));
   std::vector<float> out;
   for (double i = std::floor(*least / step) + 1; i * step < *most; ++i) out.push_back(static_cast<float>(i * step));
   return out;

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "core/round_step.h"
 #include "core/text.h"
 #include "core/version.h"
 #include "image/html_page.h"
@@ -114,12 +115,28 @@ void draw_lamps(const Zone& zone, const PlanAxes& axes, const Scene& scene, Draw
     if (!(light.position.y > zone.corner.y) || !is_inside(p)) continue;
     path += fmt::format("M{0:.2f} {1:.2f}m-1 0a1 1 0 1 0 2 0a1 1 0 1 0 -2 0Z", out.mm(p.x), out.mm(p.y));
   }
-  if (!path.empty()) out.add("<path d=\"{}\" fill=\"#5b7fa6\" fill-opacity=\"0.35\"/>\n", path);
+  if (!path.empty()) out.add("<path d=\"{}\" fill=\"#3f78c0\" fill-opacity=\"0.6\"/>\n", path);
 }
 
+/// The middle of the part of a line that is farthest from the sensors, where values are written. @param line in cells
+Vec2 label_place(const Isoline& line) {
+  Vec2 best = line.points.front();
+  double most = -1;
+  for (std::size_t i = 1; i < line.points.size(); ++i) {
+    const Vec2 middle = (line.points[i - 1] + line.points[i]) * 0.5f;
+    const double apart = std::hypot(middle.x - std::round(middle.x), middle.y - std::round(middle.y));
+    if (apart > most) {
+      most = apart;
+      best = middle;
+    }
+  }
+  return best;
+}
+
+/// Draws lines, and returns their labels.
 /// @param noise lx: no levels are as close
-void draw_isolines(const Zone& zone, const std::vector<float>& values, double noise, const PlanAxes& axes,
-                   Drawing& out) {
+std::string draw_isolines(const Zone& zone, const std::vector<float>& values, double noise, const PlanAxes& axes,
+                          Drawing& out) {
   constexpr double kLabelled = 12;  // mm of a line
   const double w = axes.width / zone.columns, h = axes.height / zone.rows;
   std::string labels;
@@ -134,13 +151,13 @@ void draw_isolines(const Zone& zone, const std::vector<float>& values, double no
     }
     out.add("<path d=\"{}\" fill=\"none\" stroke=\"#7a3b00\" stroke-width=\"0.35\"/>\n", path);
     if (drawn < kLabelled) continue;
-    const Vec2 middle = line.points[line.points.size() / 2];
+    const Vec2 middle = label_place(line);
     labels += fmt::format(
         "<text x=\"{:.2f}\" y=\"{:.2f}\" font-size=\"3\" fill=\"#7a3b00\" stroke=\"#fff\" stroke-width=\"0.9\" "
         "paint-order=\"stroke\" text-anchor=\"middle\">{:g}</text>\n",
         out.mm((middle.x + 0.5) * w), out.mm((middle.y + 0.5) * h) + 1, line.level);
   }
-  out.text += labels;
+  return labels;
 }
 
 /// Values at sensors, where a cell has room for them.
@@ -150,17 +167,16 @@ void draw_values(const Zone& zone, const std::vector<float>& values, const PlanA
   if (out.mm(w) < kRoom || out.mm(h) < kRoom / 2) return;
   for (int j = 0; j < zone.rows; ++j)
     for (int i = 0; i < zone.columns; ++i)
-      out.add("<text x=\"{:.2f}\" y=\"{:.2f}\" font-size=\"2.4\" fill=\"#333\" text-anchor=\"middle\">{}</text>\n",
-              out.mm((i + 0.5) * w), out.mm((j + 0.5) * h) + 0.9,
-              figure_text(values[static_cast<std::size_t>(j * zone.columns + i)]));
+      out.add(
+          "<text x=\"{:.2f}\" y=\"{:.2f}\" font-size=\"2.4\" fill=\"#333\" stroke=\"#fff\" stroke-width=\"0.7\" "
+          "paint-order=\"stroke\" text-anchor=\"middle\">{}</text>\n",
+          out.mm((i + 0.5) * w), out.mm((j + 0.5) * h) + 0.9,
+          figure_text(values[static_cast<std::size_t>(j * zone.columns + i)]));
 }
 
 /// A bar of a round length below the plan.
 void draw_scale(const PlanAxes& axes, Drawing& out) {
-  const double power = std::pow(10.0, std::floor(std::log10(axes.width / 3)));
-  double step = power;
-  for (const double factor : {2.0, 5.0})
-    if (factor * power <= axes.width / 3) step = factor * power;
+  const double step = round_step_below(axes.width / 3);
   const double y = out.mm(axes.height) + 4;
   out.add("<path d=\"M0 {0:.2f}v1.4h{1:.2f}v-1.4\" fill=\"none\" stroke=\"#1a1a1a\" stroke-width=\"0.3\"/>\n", y,
           out.mm(step));
@@ -305,7 +321,7 @@ std::vector<LuminaireRow> luminaire_rows(const std::vector<std::string>& texts) 
 
 std::string zone_plan(const Zone& zone, const Measurement& m, const Scene& scene) {
   const PlanAxes axes = axes_of(zone);
-  constexpr double kWidth = 180, kHeight = 150;  // mm
+  constexpr double kWidth = 180, kHeight = 135;  // mm; a table and a plan fit on a page
   Drawing out{std::min(kWidth / axes.width, kHeight / axes.height), {}};
   std::vector<float> values;
   double noise = 0;
@@ -319,8 +335,9 @@ std::string zone_plan(const Zone& zone, const Measurement& m, const Scene& scene
     }
   draw_tints(zone, values, axes, out);
   draw_lamps(zone, axes, scene, out);
+  const std::string labels = draw_isolines(zone, values, noise, axes, out);
   draw_values(zone, values, axes, out);
-  draw_isolines(zone, values, noise, axes, out);
+  out.text += labels;
   out.add(
       "<rect x=\"0\" y=\"0\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#1a1a1a\" "
       "stroke-width=\"0.4\"/>\n",
@@ -346,10 +363,10 @@ std::string room_report(const std::vector<Zone>& zones, const Measurement& m,
   for (const Zone& zone : zones)
     if (zone.columns > 0)
       body += fmt::format(
-          "<figure>\n<h2>{}</h2>\n{}<figcaption>{:g} x {:g} m, {} x {} sensors; illuminance in lx; "
-          "blue: lamps</figcaption>\n</figure>\n",
+          "<figure>\n<h2>{}</h2>\n{}<figcaption>{:g} x {:g} m, {} x {} sensors; illuminance in lx{}</figcaption>\n"
+          "</figure>\n",
           html_text(zone.name), zone_plan(zone, m, scene), length(zone.across), length(zone.along), zone.columns,
-          zone.rows);
+          zone.rows, zone.is_level() ? "; blue: lamps" : "");
   body += luminaire_table(luminaires) + light_table(scene);
   body += "<h2>Calculation</h2>\n<table>\n" + row({"program", fmt::format("Glowworm {}", version())}, "td");
   for (const auto& [name, value] : texts.settings) body += row({name, value}, "td");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -65,23 +66,41 @@ std::vector<SkyPatches::Piece> SkyPatches::pieces(int across) const {
   return out;
 }
 
-float sun_irradiance(std::size_t suns) { return 4 * kPi / static_cast<float>(suns); }
+namespace {
 
-Scene scene_under_patches(const Scene& scene, const SkyPatches& patches, std::span<const Vec3> suns) {
-  SceneEdit edit{scene.emissions(), scene.lights(), Environment{}, nullptr, {}, {}};
+/// The scene without its own lights.
+SceneEdit dark_edit(const Scene& scene) {
+  SceneEdit edit{scene.emissions(), scene.lights(), std::nullopt, nullptr, {}, {}};
   for (Emission& emission : edit.emissions) emission.radiance.value = RGB(0.0f);
   for (Light& light : edit.lights) light.intensity = RGB(0.0f);
+  return edit;
+}
+
+}  // namespace
+
+Scene scene_under_patches(const Scene& scene, const SkyPatches& patches) {
+  SceneEdit edit = dark_edit(scene);
   const auto part_of = [patches](Vec3 d) { return static_cast<std::uint32_t>(patches.patch_of(d)); };
-  for (const Vec3 sun : suns) {
-    Light light;
-    light.kind = LightKind::directional;
-    light.intensity = RGB(sun_irradiance(suns.size()));
-    light.direction = -sun;
-    edit.lights.push_back(light);
-  }
+  edit.environment = Environment{};
   edit.environment->name = "sky patch";
   edit.environment->parts =
       std::make_shared<const EnvironmentParts>(EnvironmentParts{static_cast<std::uint32_t>(patches.size()), part_of});
+  return Scene(scene, std::move(edit));
+}
+
+Scene scene_under_suns(const Scene& scene, std::span<const Vec3> suns) {
+  SceneEdit edit = dark_edit(scene);
+  for (const Vec3 sun : suns) {
+    Light light;
+    light.kind = LightKind::directional;
+    light.intensity = RGB(1.0f);
+    light.direction = -sun;
+    edit.lights.push_back(light);
+  }
+  // Groups of light are unlimited in number beside an environment in parts.
+  edit.environment = Environment{};
+  edit.environment->scale = RGB(0.0f);
+  edit.environment->parts = std::make_shared<const EnvironmentParts>(EnvironmentParts{1, [](Vec3) { return 0u; }});
   return Scene(scene, std::move(edit));
 }
 
@@ -92,6 +111,10 @@ RenderSettings patch_settings(RenderSettings settings) {
   return settings;
 }
 
+namespace {
+
+/// The light of `count` light sources from `first` on, counted as in Scene::light_power(), of a Job that keeps groups
+/// apart: sensors are rows, sources columns.
 ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t first, std::size_t count) {
   const Film film = job.snapshot();
   const LightGroups& groups = *job.light_groups();
@@ -101,6 +124,13 @@ ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t fi
     for (std::size_t source = first; source < first + count; ++source)
       out.value.push_back(film.light_of_group(groups.of_source[source], i));
   return out;
+}
+
+}  // namespace
+
+ColorMatrix sun_matrix(const Job& job, std::size_t sensors, std::size_t suns) {
+  const std::size_t behind = job.scene().environment()->parts->count;
+  return light_of_sources(job, sensors, job.light_groups()->of_source.size() - behind - suns, suns);
 }
 
 ColorMatrix daylight_matrix(const Job& job, std::size_t sensors) {

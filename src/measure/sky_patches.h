@@ -39,10 +39,12 @@ class SkyPatches {
 };
 
 /// The scene under a sky and ground of radiance 1 W sr^-1 m^-2, each patch a light source of its own
-/// (EnvironmentParts). The scene's own lights are off. @param suns directions towards suns, which are added as
-/// directional lights of irradiance sun_irradiance(): all together give as much light as the sky
-Scene scene_under_patches(const Scene& scene, const SkyPatches& patches, std::span<const Vec3> suns = {});
-float sun_irradiance(std::size_t suns);
+/// (EnvironmentParts). The scene's own lights are off.
+Scene scene_under_patches(const Scene& scene, const SkyPatches& patches);
+/// The scene under suns: directional lights of irradiance 1 W m^-2. The sky is black and the scene's own lights are
+/// off.
+/// @param suns directions towards them
+Scene scene_under_suns(const Scene& scene, std::span<const Vec3> suns);
 
 /// PointGrid::batches of such sensors. A matrix states no errors, and stratified samples help most where patches are
 /// seen directly.
@@ -56,8 +58,7 @@ RenderSettings patch_settings(RenderSettings settings);
 /// it by those of gendaymtx.
 ColorMatrix daylight_matrix(const Job& job, std::size_t sensors);
 
-/// The light of `count` light sources from `first` on, counted as in Scene::light_power(), of a Job that keeps groups
-/// apart: sensors are rows, sources columns.
-ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t first, std::size_t count);
+/// The same of a Job over scene_under_suns(): irradiance for a normal irradiance of 1 W m^-2 of each sun (columns).
+ColorMatrix sun_matrix(const Job& job, std::size_t sensors, std::size_t suns);
 
 }  // namespace glowworm

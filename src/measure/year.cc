@@ -168,15 +168,6 @@ std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool o
   return std::make_shared<const PointGrid>(std::move(grid));
 }
 
-DaylightCoefficients coefficients_of(const Job& job, std::size_t sensors, std::size_t suns) {
-  DaylightCoefficients out;
-  out.sky = daylight_matrix(job, sensors);
-  const std::size_t sources = job.light_groups()->of_source.size();
-  out.suns = light_of_sources(job, sensors, sources - out.sky.columns - suns, suns);
-  for (RGB& v : out.suns.value) v *= 1 / sun_irradiance(suns);
-  return out;
-}
-
 CoefficientMean::CoefficientMean(const YearSky& sky, const SunGrid& grid) : sky_(sky), grid_(grid) {
   const std::size_t count = std::min(kHoursOfError, sky.lit.size());
   for (std::size_t i = 0; i < count; ++i)

@@ -39,14 +39,12 @@ void replace_sky(YearSky& sky, const ColorMatrix& matrix, const std::string& pat
 
 /// What sensors get: a row each.
 struct DaylightCoefficients {
-  ColorMatrix sky;   ///< irradiance for a radiance of 1 of each patch
-  ColorMatrix suns;  ///< reflected and bent light of suns in the places of a grid, for a normal irradiance of 1
+  ColorMatrix sky;   ///< daylight_matrix()
+  ColorMatrix suns;  ///< sun_matrix() of coefficient_grid() and the places of a SunGrid: reflected and bent light
 };
 
 /// The sensors of a Job of coefficients: it leaves out the direct light of suns, which direct_sun() finds.
 std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool on_surfaces);
-/// Of a Job over scene_under_patches() with the places of a grid as suns. @param suns their number
-DaylightCoefficients coefficients_of(const Job& job, std::size_t sensors, std::size_t suns);
 
 /// The mean of coefficients of several independent Jobs.
 class CoefficientMean {

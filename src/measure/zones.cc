@@ -87,7 +87,7 @@ Zone rectangle(const std::string& text, std::string name, Vec3 a, Vec3 b) {
 
 }  // namespace
 
-Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, std::size_t most) {
+Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, std::size_t most, bool eyes) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) refuse_zone(text);
   const std::string name = text.substr(0, equals), value = text.substr(equals + 1);
@@ -118,7 +118,7 @@ Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, s
   const double columns = std::max(std::ceil(width / spacing - 1e-6), 1.0);
   const double rows = std::max(std::ceil(height / spacing - 1e-6), 1.0);
   // Eyes take at most kEyeDirections for each cell.
-  if (columns * rows * (1 + kEyeDirections) > static_cast<double>(most))
+  if (columns * rows * (eyes ? 1 + kEyeDirections : 1) > static_cast<double>(most))
     throw Error(fmt::format("--zone '{}' takes {:.0f} sensors, for which memory has no room", text, columns * rows),
                 "Give a larger spacing.");
   zone.columns = static_cast<int>(columns);
@@ -127,8 +127,9 @@ Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, s
   zone.count = static_cast<std::size_t>(zone.columns) * static_cast<std::size_t>(zone.rows);
   const bool level = zone.along.y == 0;
   const Vec3 normal = level ? Vec3{0, 1, 0} : normalize(cross(zone.across, Vec3{0, 1, 0}));
-  for_cells(zone, zone.columns, zone.rows, [&](Vec3 place) { sensors.add(place, normal); });
-  if (level) add_eyes(zone, tracer, sensors);
+  const auto area = static_cast<float>(width * height / (columns * rows));
+  for_cells(zone, zone.columns, zone.rows, [&](Vec3 place) { sensors.add(place, normal, area); });
+  if (level && eyes) add_eyes(zone, tracer, sensors);
   return zone;
 }
 

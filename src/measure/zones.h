@@ -29,6 +29,7 @@ struct Zone {
 /// of EN 12464-1: 0.2 m times 5 to the power of log10 of the longer side. Eyes are 1.2 m above the floor, which is the
 /// lowest surface facing up within 1.5 m below the middle; without one, the zone itself counts as the floor.
 /// Throws Error for other texts and for more than `most` sensors.
-Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, std::size_t most);
+/// @param eyes whether level rectangles have any
+Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, std::size_t most, bool eyes = true);
 
 }  // namespace glowworm

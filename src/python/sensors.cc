@@ -1,8 +1,14 @@
-// Sensors: glowworm/sensors.h.
+// Sensors: glowworm/sensors.h and glowworm/daylight.h.
 #include "glowworm/sensors.h"
 
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "glowworm/daylight.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/options.h"
@@ -33,11 +39,77 @@ py::dict measure(const api::Scene& scene, const py::object& points, const py::ob
   return out;
 }
 
+/// The array of a year, of shape (sensors, columns).
+py::array by_sensor(std::vector<float> values, std::size_t sensors) {
+  const auto rows = static_cast<py::ssize_t>(sensors);
+  const py::ssize_t columns = static_cast<py::ssize_t>(values.size()) / rows;
+  return owned<float>(std::move(values)).reshape({rows, columns});
+}
+
+/// Whole numbers, one for each hour.
+template <typename Number>
+std::vector<Number> by_hour(const py::object& argument, const char* name) {
+  std::vector<Number> out;
+  if (argument.is_none()) return out;
+  for (const py::handle& value : argument)
+    out.push_back(static_cast<Number>(count_of(value, name, std::numeric_limits<Number>::max())));
+  return out;
+}
+
+py::dict daylight(const api::Scene& scene, const std::string& weather, const py::object& points,
+                  const py::object& normals, const py::dict& given, const py::object& progress,
+                  const py::kwargs& more) {
+  const Floats at = vectors(points, "points");
+  const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+  api::DaylightOptions o;
+  o.render.more = options_of(more);
+  o.on_surfaces = given["on_surfaces"].cast<bool>();
+  o.sky_patches = given["sky_patches"].cast<int>();
+  o.ground = given["ground"].cast<double>();
+  o.sun_step = given["sun_step"].cast<double>();
+  o.hours = given["hours"].cast<std::string>();
+  o.occupied = by_hour<std::uint8_t>(given["occupied"], "occupied");
+  for (const py::handle& shade : given["shades"]) o.shades.push_back(shade.cast<api::Scene>());
+  o.shade_of_hour = by_hour<std::uint32_t>(given["shade_of_hour"], "shade_of_hour");
+  if (const py::object area = given["area"]; !area.is_none()) {
+    const Floats values = floats(area, "area");
+    o.area.assign(values.data(), values.data() + values.size());
+  }
+  o.autonomy_lux = given["autonomy_lux"].cast<double>();
+  o.sun_lux = given["sun_lux"].cast<double>();
+  o.sun_hours = given["sun_hours"].cast<double>();
+  o.useful = given["useful"].cast<std::array<double, 3>>();
+  o.glare = given["glare"].cast<double>();
+  api::Daylight year;
+  {
+    const py::gil_scoped_release release;
+    year = api::daylight(scene, weather, rows<api::Vec3>(at), rows<api::Vec3>(facing), o, reporter(progress));
+  }
+  const std::size_t sensors = year.mean.size();
+  py::dict out;
+  out["hours"] = owned<std::int32_t>(std::move(year.hours));
+  out["illuminance"] = by_sensor(std::move(year.illuminance), sensors);
+  out["sun"] = by_sensor(std::move(year.sun), sensors);
+  out["mean"] = owned<float>(std::move(year.mean));
+  out["autonomy"] = owned<float>(std::move(year.autonomy));
+  out["continuous"] = owned<float>(std::move(year.continuous));
+  out["useful"] = by_sensor(std::move(year.useful), sensors);
+  out["sun_hours"] = owned<float>(std::move(year.sun_hours));
+  out["glare"] = owned<float>(std::move(year.glare));
+  out["daylight_factor"] = owned<float>(std::move(year.daylight_factor));
+  out["relative_error"] = owned<float>(std::move(year.relative_error));
+  out["sDA"] = year.spatial_autonomy;
+  out["ASE"] = year.sun_exposure;
+  return out;
+}
+
 }  // namespace
 
 void bind_sensors(py::module_& module) {
   module.def("_measure", &measure, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("on_surfaces"),
              py::arg("progress"));
+  module.def("_daylight", &daylight, py::arg("scene"), py::arg("weather"), py::arg("points"), py::arg("normals"),
+             py::arg("given"), py::arg("progress"));
 }
 
 }  // namespace glowworm::python

@@ -289,6 +289,54 @@ TEST(Api, SensorsMeasureTheSun) {
   EXPECT_THAT(error_of([&] { gw::measure(scene, {}, {}); }), HasSubstr("no sensors"));
 }
 
+TEST(Api, FindsTheDaylightOfAYear) {
+  gw::SceneBuilder builder, roofed;
+  gw::Mesh floor = square(builder.add_material({}));
+  const std::vector<gw::Vec3> corners{{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}};
+  floor.positions = corners;
+  builder.add_mesh(floor);
+  const std::vector<gw::Vec3> above{{-9, 1.1f, -9}, {-9, 1.1f, 9}, {9, 1.1f, 9}, {9, 1.1f, -9}};
+  floor.positions = above;
+  roofed.add_material({});
+  roofed.add_mesh(floor);
+  const std::string weather = testing::TempDir() + "glowworm-year.epw";
+  std::ofstream epw(weather);
+  epw << "LOCATION,Munich,-,DEU,made up,0,48.13,11.70,1,529\n";
+  for (int line = 2; line <= 7; ++line) epw << "HEADER\n";
+  epw << "DATA PERIODS,1,1,Data,Sunday,6/21,6/21\n";
+  for (int hour = 1; hour <= 24; ++hour)
+    epw << "1999,6,21," << hour << ",60,?9,20,10,50,95000,0,0,300,0," << (hour == 12 ? 700 : 0) << ','
+        << (hour > 8 && hour < 17 ? 100 : 0) << ",0,0\n";
+  epw.close();
+  const std::vector<gw::Vec3> at{{0, 1, 0}, {0.1f, 1, 0}}, normal{{0, 1, 0}, {0, 0, 1}};
+  gw::DaylightOptions o;
+  o.render.samples = 4;
+  o.hours = "11-13";
+  o.shades = {roofed.build()};
+  o.shade_of_hour.assign(24, 0);
+  o.shade_of_hour[9] = 1;
+  const gw::Scene scene = builder.build();
+  const gw::Daylight year = gw::daylight(scene, weather, at, normal, o);
+  ASSERT_EQ(year.hours.size(), 24u);
+  ASSERT_EQ(year.illuminance.size(), 48u);
+  EXPECT_EQ(year.hours[11].hour, 12);
+  EXPECT_EQ(year.illuminance[3], 0) << "night";
+  const float overcast = year.illuminance[12];
+  EXPECT_GT(overcast, 5000) << "100 W m^-2 of some 110 lm/W";
+  EXPECT_NEAR(year.illuminance[13], overcast, 0.3f * overcast);
+  EXPECT_LT(year.illuminance[9], 0.2f * overcast) << "below the roof";
+  EXPECT_NEAR(year.illuminance[11] - year.sun[11], overcast, 0.5f * overcast);
+  EXPECT_NEAR(year.mean[0], (year.illuminance[11] + overcast) / 2, 1);
+  EXPECT_EQ(year.autonomy[0], 1);
+  EXPECT_EQ(year.sun_hours[0], 1);
+  EXPECT_NEAR(year.daylight_factor[0], 1, 0.03f);
+  EXPECT_EQ(year.spatial_autonomy, 1);
+  EXPECT_LT(year.relative_error[0], 0.1f);
+  o.shade_of_hour.assign(3, 0);
+  EXPECT_THAT(error_of([&] { gw::daylight(scene, weather, at, normal, o); }), HasSubstr("shade_of_hour has 3 hours"));
+  EXPECT_THAT(error_of([&] { gw::daylight(scene, "none.epw", at, normal); }), HasSubstr("none.epw"));
+}
+
 TEST(Api, RejectsInvalidInput) {
   gw::SceneBuilder builder;
   gw::Material paint;

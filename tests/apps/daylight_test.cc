@@ -59,6 +59,20 @@ TEST_F(DaylightTest, WritesTheYearAndItsMetrics) {
   EXPECT_EQ(again.substr(again.find("\nmonth")).substr(0, 300), table.substr(table.find("\nmonth")).substr(0, 300));
 }
 
+TEST_F(DaylightTest, RatesZones) {
+  write_inputs();
+  const Outcome outcome =
+      run({"daylight", "floor.obj", "--epw", "a.epw", "--zone", "desk=-1,0.8,-1,1,0.8,1,1", "--zone", "ground=floor,1",
+           "--samples", "4", "--gather", "64", "--photons", "5000", "--metrics", "m.json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const nlohmann::json metrics = read_json("m.json");
+  ASSERT_EQ(metrics["zones"].size(), 3u);
+  EXPECT_EQ(metrics["zones"][1]["name"], "desk");
+  EXPECT_EQ(metrics["zones"][1]["sensors"], 4) << "without eyes";
+  EXPECT_EQ(metrics["zones"][2]["name"], "ground");
+  EXPECT_EQ(metrics["zones"][1]["sDA"], 1);
+}
+
 TEST_F(DaylightTest, TakesShadesBySchedule) {
   write_inputs();
   std::ofstream(path("roof.obj")) << "o floor\nv -9 1.2 -9\nv -9 1.2 9\nv 9 1.2 9\nv 9 1.2 -9\nf 1 2 3 4\n";

@@ -55,10 +55,13 @@ TEST_F(GlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
     ASSERT_EQ(rated.size(), 5u);
     ASSERT_EQ(again.size(), 5u);
     // RGBE has eight bits for the largest channel.
+    const Outcome by_task = run({"glare", name, "-o", "task.csv", "--task", "64,20,0.2"});
+    EXPECT_THAT(by_task.err, testing::HasSubstr("the task has"));
     for (std::size_t i = 0; i < rated.size(); ++i) EXPECT_NEAR(again[i] / rated[i], 1, 0.01) << name << ' ' << i;
   }
   EXPECT_TRUE(refused(run({"glare", "s.hdr", "-o", "a.csv", "--view", "-vtv -vh 90 -vv 90"}), {"fisheye", "-vta"}));
   EXPECT_TRUE(refused(run({"glare", "builtin:cornell", "-o", "a.csv"}), {"--views FILE"}, 2));
+  EXPECT_TRUE(refused(run({"glare", "s.hdr", "-o", "a.csv", "--task", "1,2"}), {"--task '1,2'"}, 2));
 }
 
 TEST_F(GlareTest, SaysThatLampsWithoutSizeAreMissing) {

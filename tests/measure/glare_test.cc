@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/error.h"
 #include "measure/glare_picture.h"
 #include "measure/measurement.h"
 
@@ -98,6 +99,17 @@ TEST(Glare, DimViewsHaveNoSourcesAndPeaksAreTheirOwn) {
 }
 
 /// The factor of evalglare below 1000 lx.
+TEST(Glare, SourcesBeginAtFiveTimesTheTask) {
+  // A task of mean luminance (20,000 + 200) / 2, half of it a disc at the middle.
+  const GlarePicture picture = picture_of(CameraKind::fisheye, {{0, 0, 1}});
+  const double disc = 1 - std::cos(kRadius), both = std::acos(1 - 2 * disc);
+  const GlareTask task{kSide / 2.0, kSide / 2.0, 2 * both};
+  EXPECT_NEAR(task_luminance(picture, task), (kSource + kBackground) / 2, 0.01 * kSource);
+  EXPECT_NEAR(task_luminance(picture, {kSide / 2.0, 0.8 * kSide, 0.3}), kBackground, 1e-3);
+  EXPECT_TRUE(rate_glare(picture, {}, kTaskFactor * task_luminance(picture, task)).sources.empty());
+  EXPECT_THROW(task_luminance(picture, {-500, -500, 0.2}), Error);
+}
+
 TEST(Glare, ProbabilityIsLessInDimLight) {
   for (const double e : {100.0, 166.67, 300.0, 999.0})
     EXPECT_NEAR(daylight_glare_probability(e, {}),

@@ -8,6 +8,7 @@
 
 #include "control/job.h"
 #include "core/error.h"
+#include "measure/find_year.h"
 #include "measure/measurement.h"
 #include "scene/scene_parts.h"
 
@@ -58,15 +59,16 @@ struct Model {
         grid(year.hours.front().moment.latitude, sky.sun, sky.beam, step) {}
 
   YearState state_of(const SceneDescription& d, const Sensors& sensors, std::uint32_t seed = 0) const {
-    const auto scene = std::make_shared<const Scene>(scene_under_patches(Scene(d), patches, grid.places()));
-    const auto tracer = std::make_shared<const Tracer>(*scene);
     const auto points = coefficient_grid(sensors, false);
     RenderSettings s = patch_settings(quick());
     s.seed = seed;
-    Job job(scene, tracer, s, nullptr, 0, points);
-    job.wait();
-    return {coefficients_of(job, sensors.size(), grid.places().size()),
-            direct_sun(*tracer, *points, sensors.size(), sky)};
+    const YearScene of_sky(scene_under_patches(Scene(d), patches)), of_suns(scene_under_suns(Scene(d), grid.places()));
+    Job first(of_sky.scene, of_sky.tracer, s, nullptr, 0, points);
+    first.wait();
+    Job second(of_suns.scene, of_suns.tracer, s, nullptr, 0, points);
+    second.wait();
+    return {{daylight_matrix(first, sensors.size()), sun_matrix(second, sensors.size(), grid.places().size())},
+            direct_sun(*of_sky.tracer, *points, sensors.size(), sky)};
   }
 };
 
@@ -191,6 +193,54 @@ TEST(Year, FollowsTheScheduleOfShades) {
     const std::optional<PerezSky> sky = perez_sky(weather.hours[hour].moment, weather.hours[hour].irradiance);
     const double sun = sky ? kLuminousEfficacy * sky->direct * sky->shape.sun.y : 0;
     EXPECT_NEAR(year.sun[hour], sun, 1e-3 * sun) << "that of the first state";
+  }
+}
+
+/// A box of 1 m without its south side, where slats of 8 cm are, 4 cm apart.
+SceneDescription box_behind_slats() {
+  SceneDescription d;
+  d.materials.resize(1);
+  const Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  add_quad(d, {0, 0, 0}, z, x);
+  add_quad(d, y, x, z);
+  add_quad(d, {0, 0, 0}, x, y);
+  add_quad(d, {0, 0, 0}, y, z);
+  add_quad(d, x, z, y);
+  for (int i = 0; i < 25; ++i) add_quad(d, Vec3{0, 0.04f * static_cast<float>(i), 1}, Vec3{0, -0.03f, 0.075f}, x);
+  return d;
+}
+
+TEST(FindState, IsUnbiasedBehindSlats) {
+  WeatherYear weather;
+  WeatherHour hour;
+  hour.moment = {3, 21, 12, kLatitude, 0, 0};
+  hour.irradiance = {0, 200};
+  weather.hours = {hour};
+  const YearModel model(weather, "", 145, kGround, 7.5);
+  Sensors sensors;
+  for (const float at : {0.3f, 0.6f}) sensors.add({0.5f, 0.5f, at}, {0, 1, 0});
+  const Scene plain(box_behind_slats());
+  const YearScene sky = under_sky(plain, model);
+  RenderSettings asked;
+  asked.noise_target = 0.02;
+  const auto wait = [](Job& job, YearProgress) { job.wait(); };
+  const auto found = find_state(plain, sky, sensors, false, model, asked, wait);
+  ASSERT_TRUE(found);
+  // Paths under the same patches, all of radiance 1.
+  asked.noise_target = 0;
+  asked.integrator = Integrator::path;
+  asked.samples = 1 << 15;
+  Job job(sky.scene, sky.tracer, sensor_settings(asked), nullptr, sensor_time(),
+          std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
+  job.wait();
+  const Measurement m = measurement_of(sensors, job.film(), *sky.scene);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    double sum = 0;
+    for (std::size_t patch = 0; patch < model.patches.size(); ++patch)
+      sum += found->state.coefficients.sky.at(i, patch).g;
+    const double error = std::hypot(m.relative_error[i], found->relative_error[i]);
+    EXPECT_NEAR(sum / m.irradiance[i].g, 1, 3 * error) << i;
+    EXPECT_LT(error, 0.04) << i;
   }
 }
 

@@ -83,3 +83,35 @@ def test_ctrl_c_and_progress_end_it(sunny):
 
     with pytest.raises(LookupError, match="enough"):
         glowworm.measure(sunny, [[0, 0, 1]], [[0, 0, 1]], **{**endless, "progress": stop})
+
+
+@pytest.fixture(scope="module")
+def weather(tmp_path_factory):
+    """A day of a weather file, overcast but for noon."""
+    rows = ["LOCATION,Munich,-,DEU,made up,0,48.13,11.70,1,529"] + 6 * ["HEADER"]
+    rows.append("DATA PERIODS,1,1,Data,Sunday,6/21,6/21")
+    for hour in range(1, 25):
+        direct, diffuse = 700 * (hour == 12), 100 * (8 < hour < 17)
+        rows.append(f"1999,6,21,{hour},60,?9,20,10,50,95000,0,0,300,0,{direct},{diffuse},0,0")
+    path = tmp_path_factory.mktemp("weather") / "a.epw"
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def test_finds_the_daylight_of_a_year(sunny, weather):
+    # The square stands upright; sensors before it face the sky and the square.
+    points, normals = [[0, 0, 1], [0, 0, 0.2]], [[0, 1, 0], [0, 0, -1]]
+    year = glowworm.daylight(sunny, weather, points, normals, samples=4, hours="8-16", progress=False)
+    assert year["illuminance"].shape == year["sun"].shape == (2, 24)
+    assert year["hours"][11].tolist() == [6, 21, 12]
+    assert year["useful"].shape == (2, 4)
+    np.testing.assert_allclose(year["useful"].sum(axis=1), 1, rtol=1e-6)
+    np.testing.assert_allclose(year["mean"], year["illuminance"][:, 8:16].mean(axis=1), rtol=1e-5)
+    assert year["illuminance"][0, 11] > 2 * year["illuminance"][0, 12] > 0
+    assert year["sun"][0, 11] > 0 and year["sun"][0, 12] == 0
+    assert year["sun_hours"].tolist() == [1, 0]
+    assert year["sDA"] == 1 and year["ASE"] == 0
+    with pytest.raises(glowworm.Error, match="`occupied` has 2 hours"):
+        glowworm.daylight(sunny, weather, points, normals, occupied=[0, 1], progress=False)
+    with pytest.raises(glowworm.Error, match="names no hours"):
+        glowworm.daylight(sunny, weather, points, normals, hours="9", progress=False)

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/round_step.h"
 #include "image/canvas.h"
 
 namespace glowworm {
@@ -45,8 +46,10 @@ std::string symmetry_of(const IntensityTable& table) {
 std::string opening_text(const LuminousOpening& o) {
   const int extent = o.extent();
   if (extent < 2) return "point";
-  const auto sizes =
-      fmt::format("{:.4g} x {:.4g} x {:.4g} m along C0, across it and in height", o.size.x, o.size.y, o.size.z);
+  const std::string sizes =
+      extent == 2 && o.size.z == 0
+          ? fmt::format("{:.4g} x {:.4g} m along C0 and across it", o.size.x, o.size.y)
+          : fmt::format("{:.4g} x {:.4g} x {:.4g} m along C0, across it and in height", o.size.x, o.size.y, o.size.z);
   const char* const axes[] = {"along C0", "across C0", "upright"};
   switch (o.shape) {
     case LuminousOpening::Shape::box:
@@ -57,14 +60,6 @@ std::string opening_text(const LuminousOpening& o) {
       break;
   }
   return (extent == 3 ? fmt::format("cylinder {}, ", axes[o.axis]) : std::string("disc, ")) + sizes;
-}
-
-/// A round number of 1, 2 or 5 times a power of ten, for `count` steps up to at least `value`.
-double round_step(double value, int count) {
-  const double least = value / count, power = std::pow(10.0, std::floor(std::log10(least)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * power >= least * (1 - 1e-9)) return factor * power;
-  return 10 * power;
 }
 
 const RGB kPaper(1.0f), kGrid(0.6f), kInk(0.05f), kFirst(0.7f, 0.05f, 0.02f), kSecond(0.02f, 0.1f, 0.6f);
@@ -141,7 +136,7 @@ Image polar_curve(const PhotometricFile& file, const std::string& title) {
   const bool lower_half = facts.down > 1 - kNegligible;
   Diagram d;
   d.greatest = lower_half ? 90 : 180;
-  const double step = round_step(std::max(facts.candela, 1e-6), 5);
+  const double step = round_step_above(std::max(facts.candela, 1e-6) / 5);
   d.candela = step * std::ceil(facts.candela / step * (1 - 1e-9));
   d.radius = kSide / 2.0 - kMargin;
   d.x = kSide / 2.0;

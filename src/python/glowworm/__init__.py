@@ -34,6 +34,7 @@ from ._glowworm import (
     _bake,
     _bake_option_names,
     _compare,
+    _daylight,
     _FrameSequence,
     _measure,
     _measure_option_names,
@@ -67,6 +68,7 @@ __all__ = [
     "bake",
     "builtin_scenes",
     "compare",
+    "daylight",
     "measure",
     "photon_radii",
     "render",
@@ -280,6 +282,64 @@ def measure(
     """
     with _shown(progress) as show:
         return _measure(scene, points, normals, on_surfaces, show, **options)
+
+
+@_with_options(_measure_option_names())
+def daylight(
+    scene: Scene,
+    weather: Union[str, "os.PathLike[str]"],
+    points: ArrayLike,
+    normals: ArrayLike,
+    *,
+    hours: str = "8-18",
+    occupied: Optional[Sequence[int]] = None,
+    shades: Sequence[Scene] = (),
+    shade_of_hour: Optional[Sequence[int]] = None,
+    area: Optional[ArrayLike] = None,
+    on_surfaces: bool = False,
+    sky_patches: int = 145,
+    ground: float = 0.2,
+    sun_step: float = 7.5,
+    autonomy_lux: float = 300,
+    sun_lux: float = 1000,
+    sun_hours: float = 250,
+    useful: Sequence[float] = (100, 300, 3000),
+    glare: float = 0.4,
+    progress: Progress = None,
+    **options: Option,
+) -> Dict[str, Any]:
+    """Finds the daylight of a year at sensors, as `glowworm daylight` does. The scene's own lights are off.
+
+    weather: a weather file (EPW). points: (m, 3), metres. normals: (m, 3), unit. hours: the occupied hours of every day,
+    in standard time, or occupied: 0 or 1 for each hour of the file. shades: scenes in other states of their shades, and
+    shade_of_hour: 0 for scene, or n for the n-th of them, for each hour. area: m^2 around each sensor, for sDA and ASE.
+    ground: reflectance of the ground outside. Of the other keywords, samples (two a round), noise, time, seed and memory
+    have an effect; `glowworm daylight --help` explains all of them.
+
+    Returns hours (h, 3): month, day and hour, which ends then; illuminance (m, h), lx; sun (m, h), the part of the sun
+    without any bounce; for each sensor and the occupied hours mean (lx), autonomy (share of hours with autonomy_lux),
+    continuous, useful (m, 4), sun_hours, and glare (share of hours with a simplified DGP of `glare` or more, for level
+    normals); daylight_factor; relative_error of the mean, of which twice holds the truth with a chance of 95%; and for
+    the area the shares sDA (autonomy of half of the hours) and ASE (more than sun_hours with sun_lux of direct sun).
+    """
+    given = {
+        "hours": hours,
+        "occupied": occupied,
+        "shades": list(shades),
+        "shade_of_hour": shade_of_hour,
+        "area": area,
+        "on_surfaces": on_surfaces,
+        "sky_patches": sky_patches,
+        "ground": ground,
+        "sun_step": sun_step,
+        "autonomy_lux": autonomy_lux,
+        "sun_lux": sun_lux,
+        "sun_hours": sun_hours,
+        "useful": list(useful),
+        "glare": glare,
+    }
+    with _shown(progress) as show:
+        return _daylight(scene, os.fspath(weather), points, normals, given, show, **options)
 
 
 @_with_options(_bake_option_names())

@@ -33,6 +33,15 @@ def _measure(
     **kwargs: Option,
 ) -> Dict[str, NDArray[np.float32]]: ...
 
+def _daylight(
+    scene: Scene,
+    weather: str,
+    points: ArrayLike,
+    normals: ArrayLike,
+    given: Dict[str, Any],
+    progress: Optional[Callable[[float], Any]],
+    **kwargs: Option,
+) -> Dict[str, Any]: ...
 def _bake(
     scene: Scene,
     path: Path,
