@@ -60,6 +60,10 @@ SCENES = {
     "window-room": ("builtin:window-room", "176x132"),
     "ring": ("builtin:ring", "176x132"),
     "glass-sphere": ("builtin:glass-sphere", "176x132"),
+    "fog-box": ("media-pbrt/fog-box.pbrt", "64x64"),
+    "shafts": ("media-pbrt/shafts.pbrt", "80x60"),
+    "gas-caustic": ("media-pbrt/gas-caustic.pbrt", "64x64"),
+    "volumetric-caustic": ("bitterli-cornell-box-pbrt/volumetric-caustic.pbrt", "96x54"),
 }
 
 

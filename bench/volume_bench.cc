@@ -89,6 +89,8 @@ struct Cloud {
     }
     radii = volume_photon_radii(photons, held);
     pieces = volume_beam_pieces(beams, held);
+    // Segments meet all beams.
+    pieces.parts.clear();
     Statistics statistics;
     photon_map.build(photons, photons.flux, radii, 1, statistics);
     beam_map.build(beams, beams.flux, pieces, 1, statistics);

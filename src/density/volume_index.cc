@@ -56,7 +56,7 @@ struct PhotonItems {
   float scale;
 
   std::size_t size() const { return photons.size(); }
-  std::uint32_t medium(std::size_t i) const { return photons.medium[i]; }
+  VolumeIndex::Key key(std::size_t i) const { return {photons.medium[i], 0}; }
   bool counts(std::size_t i) const {
     return has_weight(flux[i], radii[i] * scale) && is_finite(photons.position[i]) && is_finite(photons.direction[i]);
   }
@@ -72,46 +72,88 @@ struct PhotonItems {
   }
 };
 
-/// Pieces of beams, as the index sees them.
-struct PieceItems {
-  const VolumeBeams& beams;
-  std::span<const RGB> flux;
-  const BeamPieces& pieces;
-  float scale;
-  LargeArray<std::uint32_t> beam;  // of each piece
+/// Pieces of beams, as the index sees them: once for each part of their medium that holds their beam.
+class PieceItems {
+ public:
+  PieceItems(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale)
+      : beams_(beams), flux_(flux), pieces_(pieces), scale_(scale), share_(beams.size()) {
+    const std::vector<std::uint32_t> copies = copies_of_beams();
+    std::vector<std::uint32_t> next(pieces.parts.size(), 0);
+    for (std::uint32_t i = 0; i < beams.size(); ++i) {
+      share_[i] = 1 / static_cast<float>(copies[i]);
+      for (std::uint32_t copy = 0; copy < copies[i]; ++copy) {
+        // Neighbours, as the beams of one path are, lie in different parts.
+        const std::uint32_t m = beams.medium[i], part = m < next.size() ? next[m]++ % pieces.parts[m] : 0;
+        for (std::uint32_t piece = pieces.first[i]; piece < pieces.first[i + 1]; ++piece)
+          items_.push_back({i, piece, part});
+      }
+    }
+  }
 
-  PieceItems(const VolumeBeams& all, std::span<const RGB> fluxes, const BeamPieces& cut, float radius_scale)
-      : beams(all), flux(fluxes), pieces(cut), scale(radius_scale), beam(cut.radii.size()) {
-    parallel_for_each(beams.size(), kVolumeGrain, [&](std::size_t i) {
-      std::fill(beam.begin() + pieces.first[i], beam.begin() + pieces.first[i + 1], static_cast<std::uint32_t>(i));
-    });
+  std::size_t size() const { return items_.size(); }
+  VolumeIndex::Key key(std::size_t i) const { return {beams_.medium[items_[i].beam], items_[i].part}; }
+  bool counts(std::size_t i) const {
+    const std::uint32_t beam = items_[i].beam;
+    return has_weight(flux_[beam], radius(i)) && is_finite(beams_.origin[beam]) && is_finite(beams_.direction[beam]) &&
+           beams_.length[beam] > 0 && std::isfinite(beams_.length[beam]);
   }
-  std::size_t size() const { return beam.size(); }
-  std::uint32_t medium(std::size_t piece) const { return beams.medium[beam[piece]]; }
-  bool counts(std::size_t piece) const {
-    const std::uint32_t i = beam[piece];
-    return has_weight(flux[i], radius(piece)) && is_finite(beams.origin[i]) && is_finite(beams.direction[i]) &&
-           beams.length[i] > 0 && std::isfinite(beams.length[i]);
-  }
-  float radius(std::size_t piece) const { return pieces.radii[piece] * scale; }
-  float begin(std::size_t piece) const { return pieces.begin(beam[piece], piece); }
-  Vec3 place(std::size_t piece, float distance) const {
-    return beams.origin[beam[piece]] + beams.direction[beam[piece]] * distance;
-  }
-  Vec3 middle(std::size_t piece) const { return place(piece, 0.5f * (begin(piece) + pieces.end[piece])); }
-  CompactRow row(std::size_t piece) const {
-    const Vec3 p = place(piece, begin(piece)), q = place(piece, pieces.end[piece]);
+  Vec3 middle(std::size_t i) const { return place(i, 0.5f * (begin(i) + end(i))); }
+  CompactRow row(std::size_t i) const {
+    const Vec3 p = place(i, begin(i)), q = place(i, end(i));
     // A radius of 1 weighs both ends alike.
     return {{p.x, p.y, p.z, q.x, q.y, q.z, 1, 0}};
   }
-  void fill(BeamBlock& block, std::size_t lane, std::size_t piece) const {
-    const std::uint32_t i = beam[piece];
-    const float r = radius(piece);
-    const RGB corrected = pieces.factor.empty() ? flux[i] : flux[i] * pieces.factor[piece];
-    set_place(block, lane, place(piece, begin(piece)), beams.direction[i], scaled_flux(corrected, r));
+  void fill(BeamBlock& block, std::size_t lane, std::size_t i) const {
+    const auto [beam, piece, part] = items_[i];
+    const float r = radius(i), factor = pieces_.factor.empty() ? 1.0f : pieces_.factor[piece];
+    set_place(block, lane, place(i, begin(i)), beams_.direction[beam],
+              scaled_flux(flux_[beam] * (factor * share_[beam]), r));
     block.radius_squared[lane] = r * r;
-    block.length[lane] = pieces.end[piece] - begin(piece);
+    block.length[lane] = end(i) - begin(i);
   }
+
+ private:
+  struct Item {
+    std::uint32_t beam, piece, part;
+  };
+
+  float radius(std::size_t i) const { return pieces_.radii[items_[i].piece] * scale_; }
+  float begin(std::size_t i) const { return pieces_.begin(items_[i].beam, items_[i].piece); }
+  float end(std::size_t i) const { return pieces_.end[items_[i].piece]; }
+  Vec3 place(std::size_t i, float distance) const {
+    return beams_.origin[items_[i].beam] + beams_.direction[items_[i].beam] * distance;
+  }
+
+  /// How many parts hold a beam: more of them if its flux is above the mean, so that parts are alike.
+  std::vector<std::uint32_t> copies_of_beams() const {
+    std::vector<std::uint32_t> copies(beams_.size(), 1);
+    std::vector<double> total(pieces_.parts.size()), count(total), owed(total);
+    const auto size_of = [&](std::size_t i) {
+      const double size = luminance(beams_.flux[i]);
+      return std::isfinite(size) ? size : 0;
+    };
+    for (std::size_t i = 0; i < beams_.size(); ++i) {
+      if (beams_.medium[i] >= total.size()) continue;
+      total[beams_.medium[i]] += size_of(i);
+      ++count[beams_.medium[i]];
+    }
+    for (std::size_t i = 0; i < beams_.size(); ++i) {
+      const std::uint32_t m = beams_.medium[i];
+      if (m >= total.size() || !(total[m] > 0)) continue;
+      const double wanted = std::clamp(size_of(i) * count[m] / total[m], 1.0, static_cast<double>(pieces_.parts[m]));
+      // What rounding leaves over goes to later beams.
+      copies[i] = static_cast<std::uint32_t>(wanted + owed[m]);
+      owed[m] += wanted - copies[i];
+    }
+    return copies;
+  }
+
+  const VolumeBeams& beams_;
+  const std::span<const RGB> flux_;
+  const BeamPieces& pieces_;
+  const float scale_;
+  std::vector<float> share_;  // of a beam's flux that each part has
+  LargeVector<Item> items_;
 };
 
 /// The items to index, by medium, and along a Hilbert curve in each.
@@ -128,7 +170,7 @@ std::vector<std::uint32_t> order_of(const Items& items) {
   const ReorderSettings settings{ReorderMethod::radix, 0, std::min(10, automatic_depth(8 * kept.size(), kept.size()))};
   std::vector<std::uint32_t> order = hilbert_order(middle, bounds_of(middle), kept.size(), settings);
   for (std::uint32_t& i : order) i = kept[i];
-  const auto before = [&](std::uint32_t a, std::uint32_t b) { return items.medium(a) < items.medium(b); };
+  const auto before = [&](std::uint32_t a, std::uint32_t b) { return items.key(a) < items.key(b); };
   if (!std::is_sorted(order.begin(), order.end(), before)) std::stable_sort(order.begin(), order.end(), before);
   return order;
 }
@@ -197,6 +239,7 @@ VolumeIndex::VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux
 }
 
 VolumeIndex::VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale) {
+  parts_ = pieces.parts;
   build(PieceItems(beams, flux, pieces, scale), beams_);
 }
 
@@ -212,9 +255,10 @@ void VolumeIndex::build(const Items& items, LargeArray<Block>& blocks) {
   std::size_t block_count = 0;
   const auto blocks_of = [](std::size_t count) { return (count + kVolumeBlock - 1) / kVolumeBlock; };
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i > 0 && items.medium(order[i]) == media_.back().index) continue;
+    const Key key = items.key(order[i]);
+    if (i > 0 && key == media_.back().key) continue;
     if (i > 0) block_count += blocks_of(i - first.back());
-    media_.push_back({items.medium(order[i]), {}, 0, block_count, {}});
+    media_.push_back({key, {}, 0, block_count, {}});
     first.push_back(i);
   }
   if (order.empty()) return;
@@ -300,6 +344,7 @@ std::uint64_t bytes_of_blocks(std::size_t items, std::size_t block_bytes) {
 std::uint64_t VolumeIndex::photon_bytes(std::size_t photons) {
   return bytes_of_blocks(photons, sizeof(VolumePhotonBlock));
 }
-std::uint64_t VolumeIndex::piece_bytes(std::size_t pieces) { return bytes_of_blocks(pieces, sizeof(BeamBlock)); }
+// Copies of beams in other parts are no more than the beams.
+std::uint64_t VolumeIndex::piece_bytes(std::size_t pieces) { return bytes_of_blocks(2 * pieces, sizeof(BeamBlock)); }
 
 }  // namespace glowworm

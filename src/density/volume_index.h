@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/box.h"
@@ -16,11 +17,12 @@ namespace glowworm {
 /// Photons or pieces in blocks. What no segment can see (without flux or radius, or not finite) is left out.
 class VolumeIndex {
  public:
-  /// What one medium holds.
+  using Key = std::pair<std::uint32_t, std::uint32_t>;  ///< medium and part
+  /// What one part of a medium holds.
   struct Medium {
-    std::uint32_t index = 0;  ///< VolumePhotons::medium
-    Box3 bounds;              ///< around the photons, grown by their radii
-    float reach = 0;          ///< mean over blocks of the largest radius and half of the longest side, metres
+    Key key;          ///< VolumePhotons::medium, and which of BeamPieces::parts
+    Box3 bounds;      ///< around the photons, grown by their radii
+    float reach = 0;  ///< mean over blocks of the largest radius and half of the longest side, metres
     std::size_t first_block = 0;
     std::vector<std::size_t> level_first;  ///< where each level begins in the nodes
   };
@@ -31,14 +33,16 @@ class VolumeIndex {
   VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale);
   VolumeIndex() = default;
 
-  /// In ascending order of their indices.
+  /// Parts of media, in ascending order of indices and parts.
   std::span<const Medium> media() const { return media_; }
+  /// How many parts the photons of a medium are divided into.
+  std::uint32_t parts(std::uint32_t medium) const { return medium < parts_.size() ? parts_[medium] : 1; }
   bool empty() const { return media_.empty(); }
   bool has_beams() const { return beams_.size() > 0; }
   /// The view for the kernels; valid until this object is moved or destroyed.
   VolumeTree tree(const Medium& medium) const;
 
-  /// Bytes of an index of so many photons or pieces of beams, at most, without those of a few media.
+  /// Bytes of an index of so many photons, or of beams of so many pieces, at most, without those of a few media.
   static std::uint64_t photon_bytes(std::size_t photons);
   static std::uint64_t piece_bytes(std::size_t pieces);
 
@@ -52,6 +56,7 @@ class VolumeIndex {
   LargeArray<BeamBlock> beams_;
   std::vector<VolumeNode> nodes_;
   std::vector<Medium> media_;
+  std::vector<std::uint32_t> parts_;
 };
 
 }  // namespace glowworm

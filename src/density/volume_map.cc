@@ -29,7 +29,7 @@ constexpr double kDistanceRounding = 4e-6;
 constexpr float kWidest = 1;
 constexpr std::uint32_t kNoMedium = ~std::uint32_t{0};
 
-/// What sorts a segment: its medium (in the index), and where it enters and leaves the medium's box.
+/// What sorts a segment: the part of its medium (in the index), and where it enters and leaves the medium's box.
 struct SegmentKey {
   std::uint64_t ends = 0;
   std::uint32_t medium = kNoMedium;
@@ -102,6 +102,12 @@ void sort_keys(LargeVector<SegmentKey>& keys) {
   }
 }
 
+/// The part of a medium that a segment meets.
+VolumeIndex::Key part_of(const VolumeIndex& index, const SegmentMedium& medium) {
+  const std::uint32_t parts = index.parts(medium.index);
+  return {medium.index, static_cast<std::uint32_t>(double{medium.random} * parts)};
+}
+
 /// The segments that may see something, sorted.
 LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSegments& segments) {
   const std::span<const VolumeIndex::Medium> media = index.media();
@@ -111,9 +117,10 @@ LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSe
   parallel_for_each(segments.size(), kSegmentGrain, [&](std::size_t i) {
     keys[i] = {0, kNoMedium, static_cast<std::uint32_t>(i)};
     if (!counts(segments, i)) return;
-    const auto found = std::lower_bound(media.begin(), media.end(), segments.medium[i].index,
-                                        [](const auto& medium, std::uint32_t wanted) { return medium.index < wanted; });
-    if (found == media.end() || found->index != segments.medium[i].index) return;
+    const VolumeIndex::Key wanted = part_of(index, segments.medium[i]);
+    const auto found = std::lower_bound(media.begin(), media.end(), wanted,
+                                        [](const auto& medium, VolumeIndex::Key key) { return medium.key < key; });
+    if (found == media.end() || found->key != wanted) return;
     const Clipped part = clip(found->bounds, segments.origin[i], segments.direction[i], segments.length[i]);
     if (!(part.from <= part.to)) return;
     const auto m = static_cast<std::uint32_t>(found - media.begin());
@@ -268,7 +275,8 @@ class SegmentWorker {
     sum_volume(tree, tile_, scratch_, counts);
     for (std::size_t lane = 0; lane < rows.size(); ++lane) {
       const SegmentMedium& medium = segments_.medium[rows[lane].index()];
-      const float phase = (1 - medium.g * medium.g) * (0.25f * kInversePi);
+      const float phase =
+          (1 - medium.g * medium.g) * (0.25f * kInversePi) * static_cast<float>(index_.parts(medium.index));
       const RGB sum = RGB(tile_.sum[0][lane], tile_.sum[1][lane], tile_.sum[2][lane]) * phase;
       found_[rows[lane].index()] += index_.has_beams() ? sum * medium.sigma_s : sum;
     }

@@ -27,17 +27,17 @@ class VolumeMap {
              Statistics& statistics);
 
   /// Adds to found[i] (W sr^-1 m^-2) the radiance that arrives at the origin of segment i from the photons or beams
-  /// along it, on all threads (Phase::reorder and Phase::density; counts pairs_tested, shader_operations,
-  /// packet_steps and packet_active_lanes). Segments of length 0, or whose numbers are not finite, except for the
-  /// length, add nothing. The amount depends on the photons and on segment i only: it is the same, bit for bit, for
-  /// any number of threads and any other segments in the call.
+  /// along it, as one part of them tells (BeamPieces::parts), on all threads (Phase::reorder and Phase::density; counts
+  /// pairs_tested, shader_operations, packet_steps and packet_active_lanes). Segments of length 0, or whose numbers are
+  /// not finite, except for the length, add nothing. The amount depends on the photons and on segment i only: it is the
+  /// same, bit for bit, for any number of threads and any other segments in the call.
   ///
   /// Photons: only those whose foot on the segment's line lies in the segment count, within their radius. Beams: a beam
   /// is a tube of its radius, and the segment counts where it is in the tube. Full crossings sum K1(u / r) / (r
   /// sin(theta)), where K1 is the projection of the tube's kernel; ends cut a crossing off, so parallel beams have a
   /// finite sum. Either way, the segment's end is sharp, and the part of a kernel that reaches out of the medium at its
   /// boundary is lost: within a radius of a boundary the estimate is too low, by half at most beside a plane, unless
-  /// BeamPieces::factor makes up for it.
+  /// BeamPieces::factor or correct_photons() makes up for it.
   void estimate(const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;
 
   /// Whether no photon or beam is in the index.

@@ -18,6 +18,9 @@ namespace {
 
 // Fewer neighbours would give noisy radii.
 constexpr std::size_t kLeastNeighbours = 16;
+// Beams that cross a sphere, as a share of those that a segment crosses. With as many, blur brightens a hazy room with
+// one window by 0.6%.
+constexpr double kOfSphere = 0.25;
 // Pieces of a beam of mean length. More pieces have tighter boxes and radii, and take more memory.
 constexpr std::size_t kMeanPieces = 4;
 // Shorter pieces would have no tighter boxes.
@@ -168,12 +171,18 @@ class BeamCutter {
     double radii = 0;
     field_->for_leaves([&](std::uint32_t count, float radius) { radii += count * (mean / radius); });
     radii_ = static_cast<float>(std::max(kLeastRadii, radii / (kMeanPieces * beams)));
+    // Lines cross a sphere of radius r as often as its section pi r^2, and a tube of length L as often as its mean
+    // projection pi r L / 2. The mean beam is as long as radii / beams.
+    crossed_ = crossing / 2 * radii / beams;
     for (;;) {
       const std::size_t count = cut_all(), most = BeamPieces::most(mine.size());
       if (count <= most) break;
       radii_ *= 1.1f * static_cast<float>(count) / static_cast<float>(most);
     }
   }
+
+  /// How many beams a segment as long as the mean beam crosses, on average over places along beams.
+  double crossed() const { return crossed_; }
 
   /// Calls add(beam, pieces, place of the first in `pieces`, their number) for each beam.
   template <class Add>
@@ -227,6 +236,7 @@ class BeamCutter {
   const std::span<const std::uint32_t> mine_;
   std::optional<RadiusField> field_;
   float radii_ = 0;  // length of a piece
+  double crossed_ = 0;
   std::vector<PiecesOfBeams> parts_;
 };
 
@@ -256,10 +266,14 @@ BeamPieces volume_beam_pieces(const VolumeBeams& beams, std::uint32_t k) {
   const auto place = [&](std::uint32_t i) { return beams.origin[i] + beams.direction[i]; };
   const std::vector<std::uint32_t> order = by_medium(beams.medium, place);
   for_media(order, beams.medium, [&](std::span<const std::uint32_t> items) {
-    cutters.emplace_back(beams, items, std::max(k, 1u))
+    cutters.emplace_back(beams, items, std::max(kOfSphere * k, 1.0))
         .for_beams([&](std::uint32_t i, const PiecesOfBeams&, std::size_t, std::uint32_t count) {
           pieces.first[i + 1] = count;
         });
+    const std::uint32_t medium = beams.medium[items[0]];
+    pieces.parts.resize(std::max<std::size_t>(pieces.parts.size(), medium + 1), 1);
+    pieces.parts[medium] = static_cast<std::uint32_t>(
+        std::clamp(cutters.back().crossed() / std::max(k, 1u), 1.0, static_cast<double>(items.size())));
   });
   std::partial_sum(pieces.first.begin(), pieces.first.end(), pieces.first.begin());
   pieces.end.resize(pieces.first.back());

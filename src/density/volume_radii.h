@@ -19,6 +19,9 @@ struct BeamPieces {
   std::vector<float> end;     ///< of each piece: the distance from the beam's origin where it ends, metres
   std::vector<float> radii;   ///< of each piece, metres, positive and finite
   std::vector<float> factor;  ///< of each piece, on the flux (maps/medium_parts.h); empty: 1
+  /// For each medium, how many parts its beams are divided into. A segment meets one part, and a segment as long as the
+  /// mean beam crosses about k beams of it. Empty: one part.
+  std::vector<std::uint32_t> parts;
 
   /// The distance from the origin of beam i where one of its pieces begins.
   float begin(std::size_t i, std::size_t piece) const { return piece == first[i] ? 0 : end[piece - 1]; }
@@ -27,8 +30,8 @@ struct BeamPieces {
 };
 
 /// Cuts beams into pieces, which are a multiple of their radii long, the same for all beams of a medium: as short as so
-/// many pieces can be. A radius is that of a sphere which about k beams of the same medium cross. Does not depend on
-/// the number of threads.
+/// many pieces can be. A radius is that of a sphere which about k / 4 beams of the same medium cross: a segment passes
+/// many such spheres. Does not depend on the number of threads.
 BeamPieces volume_beam_pieces(const VolumeBeams& beams, std::uint32_t k);
 
 }  // namespace glowworm

@@ -75,10 +75,11 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
     if (!(sampler.next1() < chosen)) return;
     throughput *= 1 / chosen;
   }
+  const Vec2 random = sampler.next2();
   if (target.by_opacity && is_homogeneous(medium))
-    add_part(medium, path, length, throughput, target, sampler.next1());
+    add_part(medium, path, length, throughput, target, random.x, random.y);
   else
-    add_segments(medium, path, length, throughput, target);
+    add_segments(medium, path, length, throughput, target, random.y);
   if (photons_alone_) return;
   sample_lamps(LitSegment(medium, path, length, true), throughput, target, sampler);
 }
@@ -104,17 +105,17 @@ void MediumWalk::sample_lamps(const LitSegment& segment, RGB throughput, const T
 }
 
 void MediumWalk::add_segments(const Medium& medium, const PathState& path, float length, RGB throughput,
-                              const Target& target) {
+                              const Target& target, float random) {
   for_even_pieces(medium, path.ray, length, [&](float first, float last, const MediumPoint& here) {
     const RGB sigma_t = here.sigma_a + here.sigma_s;
     segments_.push_back(path.ray.origin + path.ray.direction * first, path.ray.direction, last - first,
-                        {sigma_t, here.sigma_s, medium.g, path.medium.index}, throughput, target.slot);
+                        {sigma_t, here.sigma_s, medium.g, path.medium.index, random}, throughput, target.slot);
     throughput *= transmittance(sigma_t, last - first);
   });
 }
 
 void MediumWalk::add_part(const Medium& medium, const PathState& path, float length, RGB throughput,
-                          const Target& target, float u) {
+                          const Target& target, float u, float random) {
   const MediumSpan span = span_in(medium, path.ray.origin, path.ray.direction, 0, length);
   const RGB sigma_t = medium.sigma_a + medium.sigma_s;
   const float most = max_component(sigma_t), stopped = max_component(opacity(sigma_t, span.last - span.first));
@@ -124,7 +125,7 @@ void MediumWalk::add_part(const Medium& medium, const PathState& path, float len
   };
   const float first = end_of(part), last = part + 1 < kParts ? end_of(part + 1) : span.last - span.first;
   segments_.push_back(path.ray.origin + path.ray.direction * (span.first + first), path.ray.direction, last - first,
-                      {sigma_t, medium.sigma_s, medium.g, path.medium.index},
+                      {sigma_t, medium.sigma_s, medium.g, path.medium.index, random},
                       throughput * transmittance(sigma_t, first) * kParts, target.slot);
 }
 

@@ -33,9 +33,10 @@ class MediumWalk {
  private:
   void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
   void sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, Sampler& sampler);
-  void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target);
+  void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
+                    float random);
   void add_part(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
-                float u);
+                float u, float random);
   void add(const SegmentLight& light, float weight, RGB throughput, const Target& target);
 
   const Tracer& tracer_;

@@ -17,12 +17,12 @@ namespace glowworm {
 
 namespace {
 
-/// Rays for each piece, and the lower bound of the share that they find.
-constexpr std::size_t kRaysOfPiece = 8;
+/// Rays for each kernel, and the lower bound of the share that they find.
+constexpr std::size_t kRaysOfKernel = 8;
 constexpr float kLeastShare = 0.125f;
-/// Cells along the longest side of the grid that finds the pieces far from all boundaries.
+/// Cells along the longest side of the grid that finds the kernels far from all boundaries.
 constexpr float kMostCells = 64;
-constexpr std::size_t kCellGrain = 256, kPieceGrain = 512;
+constexpr std::size_t kCellGrain = 256, kKernelGrain = 512;
 
 bool passes_any(const ColorInput& input) { return input.texture != kNone || !is_black(input.value); }
 bool passes_any(const FloatInput& input) { return input.texture != kNone || input.value > 0; }
@@ -64,17 +64,70 @@ bool is_within_bounds(const Medium& medium, Vec3 center, float radius) {
   return medium.bounds->contains(box.min) && medium.bounds->contains(box.max);
 }
 
+/// Rays from the middle of a kernel to its end.
+using KernelRays = std::array<Ray, kRaysOfKernel>;
+
+/// Two random numbers of a kernel.
+Vec2 numbers_of(std::size_t kernel) {
+  const std::uint32_t key = hash_combine(kBoundaryStream, static_cast<std::uint32_t>(kernel));
+  return {to_unit_float(hash32(key)), to_unit_float(hash_combine(key, 1))};
+}
+
+/// Angles that are stratified; neighbouring places have angles far apart.
+float angle_of(std::size_t ray, float turn) {
+  return 2 * kPi * (static_cast<float>(3 * ray % kRaysOfKernel) + turn) / kRaysOfKernel;
+}
+
+/// The photons as balls. A segment meets the disc across it, and discs of all directions fill the ball.
+class Balls {
+ public:
+  Balls(const VolumePhotons& photons, std::span<const float> radii, float scale)
+      : photons_(photons), radii_(radii), scale_(scale) {}
+  std::size_t size() const { return photons_.size(); }
+  std::uint32_t medium(std::size_t i) const { return photons_.medium[i]; }
+  Vec3 middle(std::size_t i) const { return photons_.position[i]; }
+  float reach(std::size_t i) const { return radii_[i] * scale_; }
+  bool counts(std::size_t i) const { return is_finite(middle(i)); }
+  KernelRays rays(std::size_t i) const {
+    const Vec2 random = numbers_of(i);
+    KernelRays out;
+    for (std::size_t n = 0; n < kRaysOfKernel; ++n) {
+      const float z = 1 - 2 * (static_cast<float>(n) + random.y) / kRaysOfKernel, angle = angle_of(n, random.x);
+      const float across = std::sqrt(std::max(1 - z * z, 0.0f));
+      out[n] = {middle(i), 0, {across * std::cos(angle), across * std::sin(angle), z}, reach(i)};
+    }
+    return out;
+  }
+
+ private:
+  const VolumePhotons& photons_;
+  const std::span<const float> radii_;
+  const float scale_;
+};
+
 /// The pieces of all beams as tubes.
 class Tubes {
  public:
   Tubes(const VolumeBeams& beams, const BeamPieces& pieces, float scale)
       : beams_(beams), pieces_(pieces), scale_(scale), beam_(pieces.radii.size()) {
-    parallel_for_each(beams.size(), kPieceGrain, [&](std::size_t i) {
+    parallel_for_each(beams.size(), kKernelGrain, [&](std::size_t i) {
       std::fill(beam_.begin() + pieces.first[i], beam_.begin() + pieces.first[i + 1], static_cast<std::uint32_t>(i));
     });
   }
   std::size_t size() const { return beam_.size(); }
-  std::uint32_t beam(std::size_t piece) const { return beam_[piece]; }
+  std::uint32_t medium(std::size_t piece) const { return beams_.medium[beam_[piece]]; }
+  bool counts(std::size_t piece) const { return is_finite(middle(piece)) && length(piece) > 0; }
+  KernelRays rays(std::size_t piece) const {
+    const Frame frame = Frame::from_normal(beams_.direction[beam_[piece]]);
+    const Vec2 random = numbers_of(piece);
+    KernelRays out;
+    for (std::size_t n = 0; n < kRaysOfKernel; ++n) {
+      const float angle = angle_of(n, random.x);
+      const float at = length(piece) * (static_cast<float>(n) + random.y) / kRaysOfKernel;
+      out[n] = {place(piece, at), 0, frame.s * std::cos(angle) + frame.t * std::sin(angle), radius(piece)};
+    }
+    return out;
+  }
   float radius(std::size_t piece) const { return pieces_.radii[piece] * scale_; }
   float begin(std::size_t piece) const { return pieces_.begin(beam_[piece], piece); }
   float length(std::size_t piece) const { return pieces_.end[piece] - begin(piece); }
@@ -92,21 +145,22 @@ class Tubes {
   LargeArray<std::uint32_t> beam_;  // of each piece
 };
 
-/// The cells of a grid in which a tube may meet a surface.
+/// The cells of a grid in which a kernel may meet a surface.
 class NearCells {
  public:
-  NearCells(const Tracer& tracer, const Tubes& tubes) {
-    for (std::size_t i = 0; i < tubes.size(); ++i)
-      if (is_finite(tubes.middle(i))) box_.grow(tubes.middle(i));
+  template <class Kernels>
+  NearCells(const Tracer& tracer, const Kernels& kernels) {
+    for (std::size_t i = 0; i < kernels.size(); ++i)
+      if (is_finite(kernels.middle(i))) box_.grow(kernels.middle(i));
     const Vec3 size = box_.diagonal();
     const float longest = std::max({size.x, size.y, size.z});
     cell_ = longest > 0 ? longest / kMostCells : 1.0f;
     for (int axis = 0; axis < 3; ++axis) count_[axis] = static_cast<std::size_t>(size[axis] / cell_) + 1;
     std::vector<float> reach(count_[0] * count_[1] * count_[2], 0.0f);
-    for (std::size_t i = 0; i < tubes.size(); ++i)
-      if (is_finite(tubes.middle(i))) {
-        float& largest = reach[index(tubes.middle(i))];
-        largest = std::max(largest, tubes.reach(i));
+    for (std::size_t i = 0; i < kernels.size(); ++i)
+      if (is_finite(kernels.middle(i))) {
+        float& largest = reach[index(kernels.middle(i))];
+        largest = std::max(largest, kernels.reach(i));
       }
     near_.resize(reach.size());
     parallel_for_each(reach.size(), kCellGrain, [&](std::size_t i) {
@@ -137,33 +191,21 @@ class NearCells {
   std::vector<std::uint8_t> near_;
 };
 
-/// Measures which part of a tube lies in its medium.
+/// Measures which part of a kernel lies in its medium.
 class PartInMedium {
  public:
-  PartInMedium(const Tracer& tracer, const Tubes& tubes) : tracer_(tracer), scene_(tracer.scene()), tubes_(tubes) {
+  explicit PartInMedium(const Tracer& tracer) : tracer_(tracer), scene_(tracer.scene()) {
     // Surfaces that name media say what is behind them.
     for (const Material& m : scene_.materials())
       passed_.push_back(is_passed(scene_.materials(), m) || m.inside != kUnnamed || m.outside != kUnnamed);
   }
 
-  /// @param direction of the beam @param medium of the beam
-  float share(std::size_t piece, Vec3 direction, std::uint32_t medium) const {
-    const Frame frame = Frame::from_normal(direction);
-    const std::uint32_t key = hash_combine(kBoundaryStream, static_cast<std::uint32_t>(piece));
-    const float turn = to_unit_float(hash32(key)), shift = to_unit_float(hash_combine(key, 1));
-    std::array<Ray, kRaysOfPiece> rays;
-    for (std::size_t i = 0; i < kRaysOfPiece; ++i) {
-      // Places and angles are stratified; neighbouring places have angles far apart.
-      const float angle = 2 * kPi * (static_cast<float>(3 * i % kRaysOfPiece) + turn) / kRaysOfPiece;
-      const float at = tubes_.length(piece) * (static_cast<float>(i) + shift) / kRaysOfPiece;
-      rays[i] = {tubes_.place(piece, at), 0, frame.s * std::cos(angle) + frame.t * std::sin(angle),
-                 tubes_.radius(piece)};
-    }
-    std::array<Hit, kRaysOfPiece> hits;
+  float share(const KernelRays& rays, std::uint32_t medium) const {
+    std::array<Hit, kRaysOfKernel> hits;
     tracer_.intersect(rays, hits, RayOrder::incoherent);
     float sum = 0;
-    for (std::size_t i = 0; i < kRaysOfPiece; ++i) sum += share(rays[i], hits[i], medium);
-    return std::max(sum / kRaysOfPiece, kLeastShare);
+    for (std::size_t i = 0; i < kRaysOfKernel; ++i) sum += share(rays[i], hits[i], medium);
+    return std::max(sum / kRaysOfKernel, kLeastShare);
   }
 
  private:
@@ -196,31 +238,41 @@ class PartInMedium {
   }
   const Tracer& tracer_;
   const Scene& scene_;
-  const Tubes& tubes_;
   std::vector<bool> passed_;  // of each material
 };
 
-}  // namespace
-
-void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces) {
-  pieces.factor.assign(pieces.radii.size(), 1.0f);
-  if (pieces.radii.empty()) return;
-  const Tubes tubes(beams, pieces, scale);
-  const NearCells cells(tracer, tubes);
-  const PartInMedium part(tracer, tubes);
-  parallel_for_each(tubes.size(), kPieceGrain, [&](std::size_t piece) {
-    const Vec3 middle = tubes.middle(piece);
-    if (!is_finite(middle) || !(tubes.length(piece) > 0)) return;
-    const std::uint32_t beam = tubes.beam(piece), medium = beams.medium[beam];
-    const float reach = tubes.reach(piece);
+/// Makes a factor for each kernel: one over its share in its medium.
+template <class Kernels>
+std::vector<float> factors_of(const Tracer& tracer, const Kernels& kernels) {
+  std::vector<float> factor(kernels.size(), 1.0f);
+  if (factor.empty()) return factor;
+  const NearCells cells(tracer, kernels);
+  const PartInMedium part(tracer);
+  parallel_for_each(kernels.size(), kKernelGrain, [&](std::size_t i) {
+    if (!kernels.counts(i)) return;
+    const Vec3 middle = kernels.middle(i);
+    const std::uint32_t medium = kernels.medium(i);
+    const float reach = kernels.reach(i);
     bool is_near = !is_within_bounds(tracer.scene().media()[medium], middle, reach);
     if (!is_near && cells.are_near(middle))
       tracer.visit_near(middle, reach, [&](std::uint32_t) {
         is_near = true;
         return false;
       });
-    if (is_near) pieces.factor[piece] = 1 / part.share(piece, beams.direction[beam], medium);
+    if (is_near) factor[i] = 1 / part.share(kernels.rays(i), medium);
   });
+  return factor;
+}
+
+}  // namespace
+
+void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces) {
+  pieces.factor = factors_of(tracer, Tubes(beams, pieces, scale));
+}
+
+void correct_photons(const Tracer& tracer, std::span<const float> radii, float scale, VolumePhotons& photons) {
+  const std::vector<float> factor = factors_of(tracer, Balls(photons, radii, scale));
+  for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factor[i];
 }
 
 }  // namespace glowworm

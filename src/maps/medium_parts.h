@@ -1,5 +1,7 @@
-// Boundary correction for the kernels of beams that reach out of their medium.
+// Boundary correction for the kernels of photons in media that reach out of their medium.
 #pragma once
+#include <span>
+
 #include "density/volume_radii.h"
 #include "points/volume_photons.h"
 #include "trace/tracer.h"
@@ -14,5 +16,8 @@ namespace glowworm {
 /// deterministic.
 /// @param scale factor on the radii
 void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces);
+
+/// The same for points, which are blurred over the discs across segments: multiplies their flux.
+void correct_photons(const Tracer& tracer, std::span<const float> radii, float scale, VolumePhotons& photons);
 
 }  // namespace glowworm

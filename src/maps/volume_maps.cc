@@ -108,6 +108,7 @@ class VolumeMapsBuilder {
     const auto points = of_media(photons.points.medium, [&](std::uint32_t m) { return !beams_of[m]; });
     points_ = chosen(photons.points, points);
     radii_ = chosen_values(radii, points);
+    correct_photons(tracer, radii_, inputs.radius_scale, points_);
     beams_ = chosen(photons.beams, of_media(photons.beams.medium, [&](std::uint32_t m) { return beams_of[m]; }));
     pieces_ = volume_beam_pieces(beams_, inputs.nearest);
     correct_pieces(tracer, beams_, beam_scale(), pieces_);

@@ -16,6 +16,7 @@ struct SegmentMedium {
   RGB sigma_s;              ///< m^-1
   float g = 0;              ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
   std::uint32_t index = 0;  ///< only photons of this medium count
+  float random = 0;         ///< in [0, 1): chooses the part of these that the segment meets
 };
 
 /// Segments whose in-scattered radiance is estimated. Arrays of one length, index i one segment. Completion reads

@@ -121,12 +121,64 @@ TEST(VolumeMap, SumsEveryPhotonAlongEverySegment) {
 TEST(VolumeMap, SumsEveryBeamAlongEverySegment) {
   const VolumeBeams beams = cube_beams(600);
   BeamPieces pieces = volume_beam_pieces(beams, 5);
+  pieces.parts.clear();
   // The map takes transmittance over a crossing to second order: crossings of up to half a metre, sigma_t of up to 3.
   const VolumeSegments segments = cube_segments(1000);
   EXPECT_LT(difference(estimate(map_of(beams, pieces), segments), brute_beams(beams, pieces, segments)), 5e-3);
   const VolumeMap narrow = map_of(beams, pieces, 0.1f);
   for (float& r : pieces.radii) r *= 0.1f;
   EXPECT_LT(difference(estimate(narrow, segments), brute_beams(beams, pieces, segments)), 1e-3);
+}
+
+TEST(VolumeMap, DividesBeamsIntoPartsOfWhichEachTellsTheSum) {
+  VolumeBeams beams = cube_beams(600);
+  // One in fifty has most of the flux.
+  for (std::size_t i = 0; i < beams.size(); i += 50) beams.flux[i] *= 1000;
+  BeamPieces pieces = volume_beam_pieces(beams, 5);
+  VolumeSegments segments = cube_segments(1000);
+  std::vector<Radiance> expected(segments.size());
+  pieces.parts.clear();
+  const std::vector<RGB> all = estimate(map_of(beams, pieces), segments);
+  for (std::size_t i = 0; i < all.size(); ++i) expected[i] = {all[i].r, all[i].g, all[i].b};
+  constexpr std::uint32_t kParts = 6;
+  pieces.parts.assign(8, kParts);
+  const VolumeMap map = map_of(beams, pieces);
+  std::vector<RGB> sum(segments.size(), RGB(0.0f));
+  double unlike = 0, total = 0;
+  for (std::uint32_t part = 0; part < kParts; ++part) {
+    for (SegmentMedium& medium : segments.medium)
+      medium.random = (static_cast<float>(part) + 0.5f) / static_cast<float>(kParts);
+    const std::vector<RGB> found = estimate(map, segments);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      sum[i] += found[i] / static_cast<float>(kParts);
+      unlike += std::abs(double{found[i].g} - all[i].g);
+      total += double{all[i].g} * kParts;
+    }
+  }
+  EXPECT_GT(total, 0);
+  EXPECT_LT(difference(sum, expected), 1e-4);
+  // All parts have the beams of most flux.
+  EXPECT_LT(unlike, 0.05 * total);
+}
+
+TEST(VolumeBeamPieces, HaveSoManyPartsThatAMeanSegmentCrossesKBeamsOfEach) {
+  // Short beams from evenly spread places: their density gives the radius of a sphere that k / 4 of them cross.
+  constexpr double kBeams = 40000, kSide = 3, kLength = 0.7;
+  VolumeBeams beams;
+  for (std::uint32_t i = 0; i < 2 * kBeams; ++i)
+    beams.push_back(hash_place(i, 1) * static_cast<float>(kSide), hash_direction(i, 4), static_cast<float>(kLength),
+                    RGB(1.0f), i % 2 == 0 ? 3 : 7, 0);
+  for (const std::uint32_t k : {4u, 20u}) {
+    const double held = k / 4.0;
+    const double radius = std::sqrt(held * kSide * kSide * kSide / (kPi * kBeams * kLength));
+    const double crossed = held * kLength / (2 * radius);
+    const std::vector<std::uint32_t> parts = volume_beam_pieces(beams, k).parts;
+    ASSERT_EQ(parts.size(), 8u);
+    EXPECT_EQ(parts[0], 1u);
+    // Whole parts, and fewer beams beside the cube.
+    EXPECT_NEAR(parts[3] + 0.5, crossed / k, 0.25 * crossed / k + 0.5) << k;
+    EXPECT_EQ(parts[7], parts[3]);
+  }
 }
 
 /// Each segment alone, and all of them by one and by three threads.

@@ -15,7 +15,9 @@ using namespace density_tests;
 VolumeMap map_with_radii(const VolumeBeams& beams, std::uint32_t k) {
   Statistics statistics;
   VolumeMap map;
-  map.build(beams, beams.flux, volume_beam_pieces(beams, k), 1, statistics);
+  BeamPieces pieces = volume_beam_pieces(beams, k);
+  pieces.parts.clear();
+  map.build(beams, beams.flux, pieces, 1, statistics);
   return map;
 }
 
@@ -93,7 +95,7 @@ TEST(VolumeRadiance, OfAParallelBeamFromTheSide) {
 TEST(VolumeRadiance, OfABeamAlongItselfIsFinite) {
   VolumeBeams beams;
   beams.push_back({0, 0, 0}, {0, 0, 1}, 10, RGB(1.0f), 0, 0);
-  const BeamPieces pieces{{0, 4}, {1, 4, 7, 10}, std::vector<float>(4, 0.01f), {}};
+  const BeamPieces pieces{{0, 4}, {1, 4, 7, 10}, std::vector<float>(4, 0.01f), {}, {}};
   VolumeMap map;
   Statistics statistics;
   map.build(beams, beams.flux, pieces, 1, statistics);

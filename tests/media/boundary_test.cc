@@ -84,7 +84,8 @@ TEST_P(EvenBeams, LoseNothingAtBoundaries) {
   const Scene scene = cube(GetParam());
   const Tracer tracer(scene);
   const VolumeBeams beams = even_beams(10'000);
-  BeamPieces pieces = volume_beam_pieces(beams, 50);
+  BeamPieces pieces = volume_beam_pieces(beams, 200);
+  pieces.parts.clear();
   VolumeMap lost, corrected;
   Statistics statistics;
   lost.build(beams, beams.flux, pieces, 1, statistics);
@@ -103,6 +104,35 @@ TEST_P(EvenBeams, LoseNothingAtBoundaries) {
   EXPECT_LT(seen_along(lost, even), 0.97 * travelled);
   EXPECT_NEAR(seen_along(corrected, even), travelled, 0.005);
   EXPECT_NEAR(seen_along(corrected, normal), travelled, 0.005);
+}
+
+/// Photons that scatter evenly in the cube and in all directions, of the same light.
+VolumePhotons even_photons(std::uint32_t count) {
+  VolumePhotons photons;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Sampler sampler(SamplerKind::sobol, 0, 3, i);
+    const Vec2 across = sampler.next2(), up = sampler.next2(), way = sampler.next2();
+    const float z = 2 * way.x - 1, r = std::sqrt(1 - z * z), phi = 2 * kPi * way.y;
+    photons.push_back({2 * across.x - 1, 2 * across.y - 1, 2 * up.x - 1}, {r * std::cos(phi), r * std::sin(phi), z},
+                      RGB(32 * kPi / static_cast<float>(count)), 0, 0);
+  }
+  return photons;
+}
+
+TEST_P(EvenBeams, AsPointsLoseNothingEither) {
+  const Scene scene = cube(GetParam());
+  const Tracer tracer(scene);
+  VolumePhotons photons = even_photons(10'000);
+  const std::vector<float> radii = volume_photon_radii(photons, 50);
+  VolumeMap lost, corrected;
+  Statistics statistics;
+  lost.build(photons, photons.flux, radii, 1, statistics);
+  correct_photons(tracer, radii, 1, photons);
+  corrected.build(photons, photons.flux, radii, 1, statistics);
+  std::vector<Ray> even;
+  for (std::uint32_t i = 0; i < 2000; ++i) even.push_back(inwards(i, 2));
+  EXPECT_LT(seen_along(lost, even), 0.94);
+  EXPECT_NEAR(seen_along(corrected, even), 1, 0.01);
 }
 
 INSTANTIATE_TEST_SUITE_P(Boundaries, EvenBeams,
