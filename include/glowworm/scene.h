@@ -139,6 +139,8 @@ struct Material {
   /// Media on the two sides, returned by SceneBuilder::add_medium(), or kVacuum. Normals point outside. Where neither
   /// is given, the medium around fills both, glass, too; where only inside is, the ambient medium is outside.
   std::optional<std::uint32_t> inside, outside;
+  /// Cameras do not see the surface, as if it were not there; mirrors, glass and all other light meet it.
+  bool unseen = false;
 };
 
 /// Triangles. The arrays are copied.

@@ -307,6 +307,7 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
   }
   out.roughness_u.value = out.roughness_v.value = m.roughness;
   out.ior = m.ior;
+  out.unseen = m.unseen;
   const std::size_t media = implementation_->scene.media.size();
   if (m.inside) out.inside = known_medium(*m.inside, media, "material '" + m.name + "'");
   if (m.outside) out.outside = known_medium(*m.outside, media, "material '" + m.name + "'");

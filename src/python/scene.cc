@@ -378,7 +378,7 @@ void bind_builder(py::module_& module) {
           "add_material",
           [](SceneBuilder& self, const std::string& kind, const py::object& rgb, float roughness, float metallic,
              float ior, std::optional<std::uint32_t> color_texture, const std::string& name,
-             std::optional<std::int64_t> inside, std::optional<std::int64_t> outside) {
+             std::optional<std::int64_t> inside, std::optional<std::int64_t> outside, bool unseen) {
             return add_material(self,
                                 {choice<Material::Kind>("kind", kind, kKinds),
                                  color(rgb, "color"),
@@ -388,12 +388,14 @@ void bind_builder(py::module_& module) {
                                  ior,
                                  name,
                                  {},
-                                 {}},
+                                 {},
+                                 unseen},
                                 inside, outside);
           },
           py::arg("kind") = "diffuse", py::kw_only(), py::arg("color") = 0.5, py::arg("roughness") = 0.0f,
           py::arg("metallic") = 0.0f, py::arg("ior") = 1.5f, py::arg("color_texture") = py::none(),
           py::arg("name") = "", py::arg("inside") = py::none(), py::arg("outside") = py::none(),
+          py::arg("unseen") = false,
           "Adds a material and returns its index.\n\n"
           "kind: 'diffuse', 'metal', 'glass', 'glossy' (glTF's metallic-roughness), 'pane' (glass without thickness)\n"
           "'plastic' (diffuse under a clear coat) or 'interface' (lets light pass, parts media). color: RGB or one "
@@ -401,7 +403,7 @@ void bind_builder(py::module_& module) {
           "[0, 1]; of 'glossy' its square root. ior: index of refraction. color_texture: returned by add_texture(); a\n"
           "factor on color. inside, outside: media on the two sides, returned by add_medium(); -1: vacuum; None: what "
           "is\n"
-          "around.")
+          "around. unseen: cameras do not see the surface; mirrors, glass and all other light meet it.")
       .def("add_medium", &add_medium, py::arg("absorption") = 0.0f, py::arg("scattering") = 0.0f, py::kw_only(),
            py::arg("g") = 0.0f, py::arg("emission") = 0.0f, py::arg("box") = py::none(),
            py::arg("density") = py::none(), py::arg("name") = "medium",

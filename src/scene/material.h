@@ -82,6 +82,8 @@ struct Material {
 
   /// Cameras do not see the back of the surface. All other light is reflected and stopped on both sides.
   bool single_sided = false;
+  /// Cameras do not see the surface: the rays that they send pass it. All other light meets it.
+  bool unseen = false;
 
   FloatInput alpha{1.0f};   ///< presence of the surface: 0 lets every ray pass
   float alpha_cutoff = -1;  ///< >= 0: present if alpha >= cutoff; otherwise present with probability alpha

@@ -38,6 +38,7 @@ void add(ContentHash& hash, const Material& m) {
   hash.add(m.coat_bounces);
   hash.add(m.thin);
   hash.add(m.single_sided);
+  hash.add(m.unseen);
   hash.add(m.mix_a);
   hash.add(m.mix_b);
   hash.add(m.alpha_cutoff);

@@ -98,11 +98,12 @@ std::vector<std::uint32_t> LampsInPlanes::covered() const {
   return out;
 }
 
-bool LampsInPlanes::covers(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) const {
+bool LampsInPlanes::covers(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, bool by_camera) const {
   const DiffuseTriangle at = scene.diffuse_triangle(triangle);
   const Vec3 p = at.corner + at.edge[0] * barycentric.x + at.edge[1] * barycentric.y;
   auto pair = std::lower_bound(pairs_.begin(), pairs_.end(), Pair{triangle, 0});
   for (; pair != pairs_.end() && pair->covered == triangle; ++pair) {
+    if (by_camera && scene.materials()[scene.geometry().material_of(pair->lamp)].unseen) continue;
     const Corners lamp = corners(scene.geometry(), pair->lamp);
     // A border as wide as rounding stays covered: a ray may miss the lamp there.
     if (no_edge_separates(lamp, {wide(p), wide(p), wide(p)}, rounding_of(scene, triangle, pair->lamp))) return true;

@@ -24,8 +24,8 @@ class LampsInPlanes {
   bool empty() const { return pairs_.empty(); }
   /// The triangles that a lamp covers parts of, in order.
   std::vector<std::uint32_t> covered() const;
-  /// Whether a lamp lies at a point of a triangle.
-  bool covers(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) const;
+  /// Whether a lamp lies at a point of a triangle. @param by_camera a lamp that cameras see
+  bool covers(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, bool by_camera) const;
 
   bool operator==(const LampsInPlanes&) const = default;
 

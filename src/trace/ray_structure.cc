@@ -50,6 +50,7 @@ void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
 template <bool kOcclusion>
 void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
+  const bool by_camera = args->context->filter != nullptr;  // make_context()
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const Vec2 barycentric{RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i)};
@@ -62,7 +63,7 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
                       RTCHitN_instID(args->hit, args->N, i, 0));
     const std::uint32_t material = self.geometry->material_of(triangle);
     bool passes =
-        self.lamps.covers(*self.scene, triangle, barycentric) ||
+        self.lamps.covers(*self.scene, triangle, barycentric, by_camera) ||
         (self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction));
     if constexpr (kOcclusion) {
       auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
@@ -119,8 +120,8 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
 }  // namespace
 
 Tracer::Implementation::Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {
-  single_sided =
-      std::any_of(s.materials().begin(), s.materials().end(), [](const Material& m) { return m.single_sided; });
+  hidden = std::any_of(s.materials().begin(), s.materials().end(),
+                       [](const Material& m) { return m.single_sided || m.unseen; });
   for (std::uint32_t i = 0; i < s.materials().size(); ++i) panes |= s.is_pane(i);
 }
 
@@ -156,7 +157,7 @@ RTCScene Tracer::Implementation::new_scene(bool dynamic) const {
   if (!dynamic) rtcSetSceneBuildQuality(scene_of_embree, RTC_BUILD_QUALITY_HIGH);
   rtcSetSceneFlags(scene_of_embree,
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | (dynamic ? RTC_SCENE_FLAG_DYNAMIC : 0) |
-                                              (single_sided ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
+                                              (hidden ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
   return scene_of_embree;
 }
 

@@ -40,9 +40,9 @@ struct Tracer::Implementation {
   std::vector<TracedMesh> meshes;
   std::vector<bool> repeated_instances;  ///< whether an earlier one has the same mesh and place; no ray meets it
   LampsInPlanes lamps;
-  bool single_sided;   ///< a material is
-  bool panes = false;  ///< a material is one
-  bool whole = true;   ///< no build of `world` has failed
+  bool hidden = false;  ///< cameras do not see some surfaces (Material::single_sided, unseen)
+  bool panes = false;   ///< a material is one
+  bool whole = true;    ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
   /// As the constructor of Tracer.

@@ -20,15 +20,17 @@ constexpr std::size_t kCoherentPacket = 16;
 /// Share of the scene's diagonal within which the origins of coherent rays lie.
 constexpr float kNearOrigins = 1e-3f;
 
-/// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces.
-void side_filter(const RTCFilterFunctionNArguments* args) {
+/// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces and on unseen ones.
+void camera_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const unsigned instance = RTCHitN_instID(args->hit, args->N, i, 0);
     const std::uint32_t triangle =
         self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i), instance);
-    if (!self.scene->materials()[self.geometry->material_of(triangle)].single_sided) continue;
+    const Material& material = self.scene->materials()[self.geometry->material_of(triangle)];
+    if (material.unseen) args->valid[i] = 0;
+    if (!material.single_sided) continue;
     Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
                    RTCRayN_dir_z(args->ray, args->N, i)};
     // The ray is in the space of the mesh.
@@ -37,12 +39,12 @@ void side_filter(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-RTCIntersectContext make_context(RayOrder order, bool single_sided) {
+RTCIntersectContext make_context(RayOrder order, bool hidden) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags =
       order == RayOrder::camera ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  if (order == RayOrder::camera && single_sided) context.filter = side_filter;
+  if (order == RayOrder::camera && hidden) context.filter = camera_filter;
   return context;
 }
 
@@ -218,7 +220,7 @@ std::uint64_t Tracer::bytes() const {
 }
 
 Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
-  RTCIntersectContext context = make_context(order, implementation_->single_sided);
+  RTCIntersectContext context = make_context(order, implementation_->hidden);
   RTCRayHit query;
   query.ray = embree_ray(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -256,7 +258,7 @@ bool Tracer::passes(const Ray& ray, std::vector<PassedSurface>& passed) const {
 }
 
 void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder order) const {
-  RTCIntersectContext context = make_context(order, implementation_->single_sided);
+  RTCIntersectContext context = make_context(order, implementation_->hidden);
   const auto context_of = [&](std::size_t, std::size_t) { return &context; };
   const auto ray_of = [&](std::size_t i) -> const Ray& { return rays[i]; };
   const auto found = [&](std::size_t i, const Hit& hit) { hits[i] = hit; };
@@ -268,7 +270,7 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
 
 void Tracer::intersect(const RayArrays& rays, const HitArrays& hits) const {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  // Camera rays without the filter of sides.
+  // Camera rays without their filter.
   RTCIntersectContext coherent = make_context(RayOrder::camera, false);
   RTCIntersectContext incoherent = make_context(RayOrder::incoherent, false);
   const float near = kNearOrigins * kNearOrigins * length_squared(scene().bounds().diagonal());

@@ -52,7 +52,7 @@ struct PassedSurface {
 enum class RayOrder : std::uint8_t {
   incoherent,  ///< neighbours in the batch have nothing in common
   camera,  ///< from the camera: neighbours start close together in similar directions. They pass through the backs of
-           ///< single-sided surfaces (Material::single_sided), which all other rays hit.
+           ///< single-sided surfaces and unseen ones (Material::unseen), which all other rays hit.
 };
 
 /// The scene as a structure for ray tracing, without triangles that repeat others (Scene::repeats()).

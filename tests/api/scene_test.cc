@@ -174,6 +174,66 @@ TEST(Api, MovedLightsAreHitWhereTheyAre) {
   EXPECT_FLOAT_EQ(tracer.intersect({from, down, 0, {}}).distance[0], 2);
 }
 
+/// A glowing grey wall, and a lamp of two sides and 0.5 m square, 0.5 m before its middle. A camera looks at both from
+/// above, another from the side, by a mirror if there is one.
+gw::Scene lamp_before_wall(bool unseen, bool mirror) {
+  gw::SceneBuilder builder;
+  gw::Mesh wall = square(builder.add_material({}));
+  wall.radiance = {0.75f, 0.75f, 0.75f};
+  builder.add_mesh(wall);
+  gw::Material black;
+  black.color = {0, 0, 0};
+  black.unseen = unseen;
+  gw::Mesh lamp = square(builder.add_material(black));
+  std::vector<gw::Vec3> positions;
+  for (const gw::Vec3& p : lamp.positions) positions.push_back({0.25f * p.x, 0.25f * p.y, 0.5f});
+  lamp.positions = positions;
+  lamp.radiance = {5, 5, 5};
+  lamp.two_sided = true;
+  builder.add_mesh(lamp);
+  gw::Camera camera;
+  camera.eye = {0, 0, 4};
+  camera.orthographic_size = 0.02f;
+  camera.name = "above";
+  if (mirror) {
+    gw::Material metal;
+    metal.kind = gw::Material::Kind::metal;
+    metal.color = {1, 1, 1};
+    gw::Mesh side = square(builder.add_material(metal));
+    const std::vector<gw::Vec3> right{{2, -1, 0}, {2, -1, 4}, {2, 1, 4}, {2, 1, 0}};
+    side.positions = right;
+    builder.add_mesh(side);
+    camera.eye = {0, 0, 1.5f};
+    camera.target = {4, 0, 0.5f};  // the lamp's image
+  }
+  builder.add_camera(camera);
+  return builder.build();
+}
+
+/// The mean of a small picture.
+double mean_of(const gw::Scene& scene, gw::Integrator integrator) {
+  gw::RenderOptions options;
+  options.width = options.height = 16;
+  options.samples = 16;
+  options.photons = 20'000;
+  options.integrator = integrator;
+  double sum = 0;
+  const std::vector<float> samples = gw::render(scene, options).layer().samples;
+  for (const float value : samples) sum += double{value};
+  return sum / static_cast<double>(samples.size());
+}
+
+/// Camera rays see the wall behind an unseen lamp, in its light; a mirror shows the lamp.
+TEST(Api, LampsMayBeHiddenFromCameras) {
+  // The form factor of a parallel square of half side a at distance 1 over its middle, here a = 0.5 (Siegel, Howell).
+  const double a = 0.5, root = std::sqrt(1 + a * a), factor = 4 / std::acos(-1.0) * a / root * std::atan(a / root);
+  for (const gw::Integrator integrator : {gw::Integrator::gather, gw::Integrator::path}) {
+    EXPECT_FLOAT_EQ(static_cast<float>(mean_of(lamp_before_wall(false, false), integrator)), 5);
+    EXPECT_NEAR(mean_of(lamp_before_wall(true, false), integrator), 0.75 + 0.5 * 5 * factor, 0.02);
+    EXPECT_NEAR(mean_of(lamp_before_wall(true, true), integrator), 5, 1e-3);
+  }
+}
+
 TEST(Api, ASceneWithOneMoreCameraSharesItsTriangles) {
   const gw::Scene scene = lit_square();
   gw::Camera above;

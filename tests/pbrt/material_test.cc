@@ -326,6 +326,17 @@ TEST(PbrtMaterial, AlphaBelongsToTheShape) {
   EXPECT_EQ(of.back(), of.at(1 + 128));  // shapes of the same alpha share a material
 }
 
+TEST(PbrtMaterial, ShapesMayBeHiddenFromCameras) {
+  const SceneDescription scene =
+      load_text(std::string("WorldBegin Material \"diffuse\" \"rgb reflectance\" [1 0 0]\n") + kTriangle +
+                "Shape \"disk\" \"bool seenbycameras\" false");
+  EXPECT_TRUE(scene.notes.empty());
+  const auto& of = scene.geometry.material;
+  EXPECT_FALSE(scene.materials.at(of.front()).unseen);
+  EXPECT_TRUE(scene.materials.at(of.back()).unseen);
+  EXPECT_EQ(scene.materials.at(of.back()).reflectance.value.r, 1);
+}
+
 TEST(PbrtMaterial, BumpAndNormalMaps) {
   const TemporaryFolder folder;
   folder.write("n.tga", pbrt_testing::tga_row(1, "\xff\x80\x80"));

@@ -145,6 +145,33 @@ TEST(Tracer, CameraRaysPassTheBacksOfSingleSidedSurfaces) {
   }
 }
 
+/// A lamp that cameras do not see lies in a ceiling: they see the ceiling there, and all else meets the lamp.
+TEST(Tracer, CameraRaysPassUnseenSurfaces) {
+  SceneDescription d = floor_description();
+  d.materials.emplace_back().unseen = true;
+  d.emissions.emplace_back().radiance.value = RGB(1.0f);
+  add_quad(d, {-0.5f, -0.5f, 1}, {1, 0, 0}, {0, 1, 0}, 1, 0);
+  add_quad(d, {-2, -2, 1}, {4, 0, 0}, {0, 4, 0}, 0);
+  add_quad(d, {-2, -2, 0.5f}, {0.1f, 0, 0}, {0, 0.1f, 0}, 1);
+  const Scene scene(std::move(d));
+  const std::uint32_t lamp = 2, ceiling = 4;
+  for (const std::vector<std::uint32_t>& movable : {std::vector<std::uint32_t>{}, std::vector<std::uint32_t>{2, 3}}) {
+    const Tracer tracer(scene, movable);
+    const Ray up{{0.3f, 0.1f, 0.2f}, 0, {0, 0, 1}, kInfinity}, aside{{-1.96f, -1.98f, 0.2f}, 0, {0, 0, 1}, kInfinity};
+    const std::vector<Ray> rays(16, up);
+    std::vector<Hit> hits(16);
+    for (const RayOrder order : {RayOrder::camera, RayOrder::incoherent}) {
+      const std::uint32_t expected = order == RayOrder::camera ? ceiling : lamp;
+      EXPECT_EQ(tracer.intersect(up, order).triangle / 2, expected / 2);
+      tracer.intersect(rays, hits, order);
+      EXPECT_EQ(hits.back().triangle / 2, expected / 2);
+    }
+    EXPECT_FLOAT_EQ(tracer.intersect(aside, RayOrder::camera).distance, 0.8f);
+    EXPECT_FLOAT_EQ(tracer.intersect(aside).distance, 0.3f);
+    EXPECT_TRUE(tracer.occluded({aside.origin, 0, aside.direction, 0.5f})) << "it stops light";
+  }
+}
+
 TEST(Tracer, LightPassesPanesAlone) {
   SceneDescription d = triangle_soup(400);
   Material pane;

@@ -150,7 +150,8 @@ class Exporter:
             self.report.add(ob.name, f'objects of type {ob.type} are left out')
 
     def drawn(self, ob, place):
-        key = ob.data.as_pointer() if ob.data else 0, tuple(m.name_full if m else '' for m in self._slots(ob))
+        key = (ob.data.as_pointer() if ob.data else 0, tuple(m.name_full if m else '' for m in self._slots(ob)),
+               ob.visible_camera)
         if key not in self.meshes:
             self.meshes[key] = self._mesh(ob, f'mesh{len(self.meshes)}')
         name, parts = self.meshes[key]
@@ -191,7 +192,13 @@ class Exporter:
         if surface.alpha != 1:
             is_texture = isinstance(surface.alpha, str)
             shape.append(pbrt.parameter('texture' if is_texture else 'float', 'alpha', surface.alpha))
+        shape.append(self._visibility(ob))
         return '\n'.join([*lines, ' '.join(shape), 'AttributeEnd'])
+
+    @staticmethod
+    def _visibility(ob):
+        # Lamps are not seen by cameras unless the user wants it.
+        return '' if ob.visible_camera else '"bool seenbycameras" false'
 
     # Lamps
 
@@ -286,7 +293,8 @@ class Exporter:
         name = pbrt.parameter('string', 'name', ob.name)
         self.lines.append('\n'.join([
             'AttributeBegin', f'Transform {pbrt.matrix(place)}', 'Material "diffuse" "rgb reflectance" [0 0 0]',
-            f'AreaLightSource "diffuse" "rgb L" {pbrt.numbers(radiance)} {name}', f'{shape} {name}', 'AttributeEnd']))
+            f'AreaLightSource "diffuse" "rgb L" {pbrt.numbers(radiance)} {name}', f'{shape} {name} {self._visibility(ob)}',
+            'AttributeEnd']))
 
 
 def export(folder, depsgraph):

@@ -426,7 +426,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   shape.kind = d.strings[0];
   shape.name = d.parameters.string("name", "");
   const FloatInput alpha = float_input(context, d.parameters, "alpha", 1);
-  shape.material = materials.on_shape(now.material, alpha, now.media);
+  shape.material = materials.on_shape(now.material, alpha, now.media, !d.parameters.boolean("seenbycameras", true));
   shape.textured =
       now.textured_material || alpha.texture != kNone || (now.light && now.light->emission.radiance.texture != kNone);
   if (open_object && now.light) {

@@ -81,17 +81,17 @@ std::uint32_t PbrtMaterialTable::by_name(const std::string& name, const PbrtPlac
   return entry.index;
 }
 
-std::uint32_t PbrtMaterialTable::on_shape(std::uint32_t material, const FloatInput& alpha,
-                                          const PbrtMediumSides& media) {
+std::uint32_t PbrtMaterialTable::on_shape(std::uint32_t material, const FloatInput& alpha, const PbrtMediumSides& media,
+                                          bool unseen) {
   const bool is_plain = media.inside == kUnnamed && media.outside == kUnnamed;
-  if (alpha.texture == kNone && alpha.value >= 1 && is_plain) return material;
+  if (alpha.texture == kNone && alpha.value >= 1 && is_plain && !unseen) return material;
   for (const Variant& variant : variants_) {
     if (variant.base == material && variant.alpha.texture == alpha.texture && variant.alpha.value == alpha.value &&
-        variant.media.inside == media.inside && variant.media.outside == media.outside) {
+        variant.media.inside == media.inside && variant.media.outside == media.outside && variant.unseen == unseen) {
       return variant.index;
     }
   }
-  variants_.push_back({material, next_index(), alpha, media});
+  variants_.push_back({material, next_index(), alpha, media, unseen});
   known_.back() = true;
   return variants_.back().index;
 }
@@ -222,6 +222,7 @@ void PbrtMaterialTable::finish() {
     Material material = context_.scene.materials[variant.base];
     material.inside = variant.media.inside;
     material.outside = variant.media.outside;
+    material.unseen = variant.unseen;
     if (!is_absent(material)) material.alpha = product(context_.scene.textures, material.alpha, variant.alpha);
     context_.scene.materials[variant.index] = std::move(material);
   }

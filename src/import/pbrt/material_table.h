@@ -25,8 +25,8 @@ class PbrtMaterialTable {
   std::function<void()> restorer(const std::string& name);
   /// Index of a named material, even if it is defined later.
   std::uint32_t by_name(const std::string& name, const PbrtPlace& place);
-  /// A copy of a material with a shape's alpha and media; the same index if alpha is 1 and no medium is named.
-  std::uint32_t on_shape(std::uint32_t material, const FloatInput& alpha, const PbrtMediumSides& media);
+  /// A copy of a material as a shape has it; the same index if alpha is 1, no medium is named and cameras see it.
+  std::uint32_t on_shape(std::uint32_t material, const FloatInput& alpha, const PbrtMediumSides& media, bool unseen);
   /// Returns false only if texture coordinates do not affect the material.
   bool may_be_textured(std::uint32_t material) const;
   /// Call it after the last directive. Reports undefined names and mixes that contain themselves as errors. Removes
@@ -43,6 +43,7 @@ class PbrtMaterialTable {
     std::uint32_t base = 0, index = 0;
     FloatInput alpha;
     PbrtMediumSides media;
+    bool unseen = false;
   };
   std::uint32_t next_index();
   void check_mixes();

@@ -115,6 +115,7 @@ class SceneBuilder:
         name: str = ...,
         inside: Optional[int] = ...,
         outside: Optional[int] = ...,
+        unseen: bool = ...,
     ) -> int: ...
     def add_medium(
         self,
