@@ -100,9 +100,10 @@ def main():
     os._exit(1 if failed else 0)
 
 
-try:
-    main()
-except Exception:
-    import traceback
-    traceback.print_exc()
-    os._exit(1)
+if __name__ == '__main__':
+    try:
+        main()
+    except Exception:
+        import traceback
+        traceback.print_exc()
+        os._exit(1)
