@@ -2,8 +2,9 @@
 """Times a year of an office with blinds and 1,000 sensors, and compares hours of it with measurements of single hours:
 bench/results/year.md.
 
-usage: tables_year.py [PROGRAM [HOURS [SENSORS [PATHS]]]]
-  HOURS hours (40) are measured by path tracing at SENSORS of the sensors (6) with PATHS paths each (8192)
+usage: tables_year.py [PROGRAM [HOURS [SENSORS [PATHS [SCENES]]]]]
+  HOURS hours (40) are measured by path tracing at SENSORS of the sensors (6) with PATHS paths each (8192),
+  in the first SCENES scenes (2)
 """
 import csv
 import math
@@ -19,10 +20,12 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
-HOURS, SENSORS, PATHS = (int(word) for word in (sys.argv[2:] + ["40", "6", "8192"][len(sys.argv[2:]):]))
+HOURS, SENSORS, PATHS, SCENES = (int(word) for word in (sys.argv[2:] + ["40", "6", "8192", "2"][len(sys.argv[2:]):]))
 
 WIDTH, HEIGHT, DEPTH = 6, 3, 8  # of the office (m): x, y, z; its window faces south, towards z
 COLORS = {"floor": 0.2, "ceiling": 0.8, "wall": 0.5, "slat": 0.7, "desk": 0.4}
+# Name, tilt of the slats (degrees), and their number.
+SCENES_OF_TABLE = (("office with blinds", 30, 36), ("office without blinds", 0, 0))
 LATITUDE, LONGITUDE, ZONE = 48.13, 11.70, 1
 
 
@@ -163,7 +166,7 @@ def main():
         write_weather(weather)
         points.write_text("".join(f"{WIDTH * (i + 0.5) / 25:g} 0.8 {DEPTH * (j + 0.5) / 40:g} 0 1 0\n"
                                   for i in range(25) for j in range(40)), encoding="utf-8")
-        for label, tilt, slats in (("office with blinds", 30, 36), ("office without blinds", 0, 0)):
+        for label, tilt, slats in SCENES_OF_TABLE[:SCENES]:
             scene, year = folder / f"s{slats}.obj", folder / f"y{slats}.csv"
             office(tilt, slats).write(scene)
             wall, spent, memory = run("daylight", scene, "--epw", weather, "--points", points, "-o", year)

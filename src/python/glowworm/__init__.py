@@ -322,7 +322,7 @@ def daylight(
     normals); daylight_factor; relative_error of the mean, of which twice holds the truth with a chance of 95%; and for
     the area the shares sDA (autonomy of half of the hours) and ASE (more than sun_hours with sun_lux of direct sun).
     """
-    given = {
+    given: Dict[str, Any] = {
         "hours": hours,
         "occupied": occupied,
         "shades": list(shades),
