@@ -32,6 +32,13 @@ bool has_samples(const Film& film) {
   return false;
 }
 
+/// A film of the job as its picture.
+Image image_of(const RenderOptions& o, const Film& film, const Job& job) {
+  PictureInfo info = picture_info(job);
+  if (!o.earlier.empty()) info.earlier = std::make_shared<const EarlierFrames>(frame_view(film, job), o.earlier);
+  return make_image(film, info);
+}
+
 /// Writes the image to every -o. Returns its estimated relative error, or "" if unknown.
 /// @param said print messages
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
@@ -52,7 +59,7 @@ std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& fi
         return with_film([&](const Film& film) { write_part(path, part, film); });
       }
       if (!image) {
-        image = with_film([&](const Film& film) { return make_image(film, job); });
+        image = with_film([&](const Film& film) { return image_of(o, film, job); });
         image->metadata["comments"] = o.command_line;
       }
       how = write_picture(output, *image, o.picture);
@@ -176,7 +183,7 @@ void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) t
       write_part(kNowhere, part_of(job), film);
       continue;
     }
-    if (!image) image = make_image(film, job);
+    if (!image) image = image_of(o, film, job);
     write_picture({kNowhere, output.format}, *image, o.picture);
   }
 } catch (const Error&) {

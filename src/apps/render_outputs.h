@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "apps/sequence.h"
 #include "apps/table_options.h"
 #include "control/job.h"
+#include "film/earlier_frames.h"
 
 namespace glowworm {
 
@@ -28,7 +30,8 @@ struct RenderOptions {
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
-  RenderSettings settings;       ///< settings of the table, with the memory available
+  RenderSettings settings;                                 ///< settings of the table, with the memory available
+  std::vector<std::shared_ptr<const FrameLight>> earlier;  ///< frames whose light a frame uses again
   std::optional<RenderKey> key;  ///< of a picture with motion blur, which several jobs with keys of their own render
 };
 

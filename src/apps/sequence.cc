@@ -36,9 +36,10 @@ namespace {
 constexpr int kExposureSide = 48;
 constexpr std::uint32_t kExposureSamples = 4;
 
-/// Slices of the time of a shutter.
+/// Slices of the time of a shutter. A render that ends by time or noise may need many.
 std::uint32_t slices_of(const RenderSettings& s) {
-  const std::uint32_t usual = s.integrator == Integrator::path ? kMostSlices : kDefaultSamples;
+  const bool open_ended = s.integrator == Integrator::path || s.time_limit_s > 0 || s.noise_target > 0;
+  const std::uint32_t usual = open_ended ? kMostSlices : kDefaultSamples;
   return std::min(s.samples > 0 ? s.samples : usual, kMostSlices);
 }
 
@@ -91,6 +92,8 @@ pid_t spawn_reader(const std::vector<std::string>& words, int input) {
 void SequenceOptions::check() const {
   if (turntable > 0 && !script.empty())
     throw CommandLineError("--turntable and --script both move the camera", "Give one of them.");
+  if (reuse > 0 && !is_given())
+    throw CommandLineError("--reuse is of frames", "Give --frames, --turntable or --script with it, or leave it out.");
   read_command_line([&] {
     if (!frames.empty()) parse_frame_range(frames);
     if (!shutter.empty()) parse_shutter(shutter);
@@ -111,6 +114,12 @@ void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions
   add_text(c, group, "--shutter", o.shutter, "SECONDS|OPEN:CLOSE",
            "Motion blur: the shutter is open for so long from the moment of the picture, such as 1/48, or between two "
            "times (s). pbrt files bring their own; 0 turns it off. Samples divide the time");
+  add_number(c, "--reuse", o.reuse, 0, 1000,
+             "Against flicker: use gathered light of this many frames before again, where the same places show the "
+             "same light. A frame is the same alone, but then takes as long as all of these; so --part and mpirun "
+             "divide the frames into runs of neighbours. Where lights or things move, no light is used again")
+      ->option_text("N [0]")
+      ->group(group);
 }
 
 std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std::string& path, const Moment& moment,
@@ -185,6 +194,10 @@ std::vector<FrameMoment> Sequence::moments(std::uint32_t number) const {
         !lit_alike(own, slices.back()) || !same_view(frames_[index(own)].camera, frames_[index(slices.back())].camera);
   }
   return any ? slices : std::vector{own};
+}
+
+bool Sequence::shares_light(std::uint32_t number, std::uint32_t other) const {
+  return moments(number).front().slice == 0 && moments(other).front().slice == 0 && lit_alike({number, 0}, {other, 0});
 }
 
 void Sequence::set_moment(FrameMoment moment, RenderSettings& settings) const {

@@ -21,7 +21,7 @@ namespace glowworm {
 /// Options of a sequence.
 struct SequenceOptions {
   std::string frames, script, shutter;
-  std::uint32_t turntable = 0;
+  std::uint32_t turntable = 0, reuse = 0;
   double frames_per_second = 24;
 
   bool is_given() const { return !frames.empty() || !script.empty() || turntable > 0; }
@@ -29,7 +29,7 @@ struct SequenceOptions {
   void check() const;
 };
 
-/// Adds --frames, --turntable, --script, --fps and --shutter.
+/// Adds --frames, --turntable, --script, --fps, --shutter and --reuse.
 void add_sequence_options(CLI::App& command, const std::string& group, SequenceOptions& options);
 
 /// The motion to import with the scene; null if what is rendered is not of its animation.
@@ -59,6 +59,8 @@ class Sequence {
   const std::vector<std::uint32_t>& numbers() const { return numbers_; }
   /// The moments that a frame shows: its own, or those of the slices of the shutter's time if anything moves meanwhile.
   std::vector<FrameMoment> moments(std::uint32_t number) const;
+  /// Whether a frame may use light of another: only the camera differs, and neither has motion blur.
+  bool shares_light(std::uint32_t number, std::uint32_t other) const;
   /// Makes these the settings of a moment.
   void set_moment(FrameMoment moment, RenderSettings& settings) const;
   /// The scene at a moment: the same object as for the last call if nothing but the camera moves.

@@ -67,6 +67,7 @@ std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::st
   ImportOptions options;
   options.budget = loading_budget(memory_bytes);
   if (has_moments(path)) {
+    options.textures = texture_library(options.budget);
     options.motion = std::make_shared<SceneMotion>();
     options.motion->is_still = true;
     options.motion->frames = 1;
@@ -75,12 +76,14 @@ std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::st
   const std::shared_ptr<const Scene> scene = open_scene(path, options, changes, files);
   moments = {};
   if (!options.motion || !(options.motion->length > 0)) return scene;
-  moments = {[path, changes, memory_bytes](double seconds) {
+  const double length = options.motion->length;
+  options.motion.reset();
+  moments = {[path, changes, options](double seconds) {
                SceneChanges other = changes;
                other.moment.seconds = seconds;
-               return open_scene(path, {loading_budget(memory_bytes)}, other);
+               return open_scene(path, options, other);
              },
-             changes.moment.seconds, options.motion->length};
+             changes.moment.seconds, length};
   return scene;
 }
 

@@ -8,6 +8,7 @@
 #include "core/json_text.h"
 #include "core/version.h"
 #include "density/engine.h"
+#include "film/filtered.h"
 #include "film/output.h"
 #include "kernels/simd.h"
 #include "scene/radiance_view.h"
@@ -118,6 +119,13 @@ PictureInfo picture_info(const Job& job) {
   info.matrices = matrices_of(camera, settings.width, settings.height);
   return info;
 }
+
+FrameView frame_view(const Film& film, const Job& job) {
+  const RenderSettings settings = job.settings();
+  return {job.scene().camera(settings.camera), settings.width, settings.height, film.bounds()};
+}
+
+FrameLight frame_light(const Job& job) { return light_of_frame(job.film(), frame_view(job.film(), job)); }
 
 Image make_image(const Film& film, const Job& job) { return make_image(film, picture_info(job)); }
 

@@ -11,6 +11,12 @@ namespace glowworm {
 /// The arguments of make_image() besides the film; at any time.
 PictureInfo picture_info(const Job& job);
 
+/// The pixels of a film of the job in its picture.
+FrameView frame_view(const Film& film, const Job& job);
+
+/// What later frames may use of a job that has ended and filters its picture.
+FrameLight frame_light(const Job& job);
+
 /// The film as the job's picture.
 Image make_image(const Film& film, const Job& job);
 

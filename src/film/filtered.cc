@@ -136,20 +136,25 @@ float gain_of_strata(const Film& film, std::size_t pixel) {
 }
 
 /// @param edges pixels are beside each other: also filter edges
-FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges) {
+FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges,
+                          const EarlierFrames* earlier = nullptr) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()),
                   edges ? film.width() : 0};
   std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
-    const LightEstimate estimate = estimate_of(film, layer);
+    LightEstimate estimate = estimate_of(film, layer);
+    const std::vector<float> own_variance = estimate.variance;
+    if (earlier)
+      add_earlier_samples(*earlier, guides_of(film, Layer::indirect),
+                          layer == Layer::direct ? &FrameLight::direct : &FrameLight::indirect, estimate);
     const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
     for_pixels(film, [&](std::size_t i) {
       const RGB albedo = shading_albedo(film, i);
       const float factor = luminance(albedo) * luminance(albedo);
       out.radiance[i] += filtered.light[i] * albedo;
       out.variance[i] += filtered.variance[i] * factor;
-      of_light[i] += estimate.variance[i] * factor;
+      of_light[i] += own_variance[i] * factor;
       stratified[i] += filtered.unfiltered[i] * factor;
     });
   }
@@ -222,12 +227,18 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
   return out;
 }
 
-FilmPicture shown_picture(const Film& film, const RenderSettings& settings) {
-  return (filters(settings) ? filtered_picture : unfiltered_picture)(film, settings.indirect_only);
+FilmPicture shown_picture(const Film& film, const RenderSettings& settings, const EarlierFrames* earlier) {
+  return filters(settings) ? filtered_picture(film, settings.indirect_only, earlier)
+                           : unfiltered_picture(film, settings.indirect_only);
 }
 
-FilmPicture filtered_picture(const Film& film, bool indirect_only) {
-  return filtered_film(film, indirect_only, {}, true);
+FilmPicture filtered_picture(const Film& film, bool indirect_only, const EarlierFrames* earlier) {
+  return filtered_film(film, indirect_only, {}, true, earlier);
+}
+
+FrameLight light_of_frame(const Film& film, FrameView view) {
+  return {std::move(view), guides_of(film, Layer::indirect), estimate_of(film, Layer::direct),
+          estimate_of(film, Layer::indirect)};
 }
 
 FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows) {

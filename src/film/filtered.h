@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/rgb.h"
+#include "film/earlier_frames.h"
 #include "film/film.h"
 #include "filter/light_filter.h"
 
@@ -24,10 +25,14 @@ FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 /// edges (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples
 /// share. Where the film keeps surface samples, their albedo and emission replace those of the samples.
 /// @param film with moments (Film::has_moments())
-FilmPicture filtered_picture(const Film& film, bool indirect_only);
+/// @param earlier frames whose light is used again; null: none
+FilmPicture filtered_picture(const Film& film, bool indirect_only, const EarlierFrames* earlier = nullptr);
 
 /// The one of the two that a render of these settings shows.
-FilmPicture shown_picture(const Film& film, const RenderSettings& settings);
+FilmPicture shown_picture(const Film& film, const RenderSettings& settings, const EarlierFrames* earlier = nullptr);
+
+/// What later frames may use of a film with moments. @param view with the film's bounds
+FrameLight light_of_frame(const Film& film, FrameView view);
 
 /// As filtered_picture(), for a film of texels. It leaves edges as they are: texels beside each other may be of
 /// surfaces far apart.

@@ -31,7 +31,7 @@ Image make_image(const Film& film, const PictureInfo& info) {
   const RenderSettings& settings = info.settings;
   Image image(film.width(), film.height());
   image.place = {film.bounds().x0, film.bounds().y0, settings.width, settings.height};
-  FilmPicture seen = shown_picture(film, settings);
+  FilmPicture seen = shown_picture(film, settings, info.earlier.get());
   std::vector<RGB> beauty = seen.radiance;
   for (RGB& pixel : beauty) pixel *= info.scale;
   image.add_rgb("", beauty);

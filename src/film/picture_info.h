@@ -2,9 +2,11 @@
 #pragma once
 #include <array>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "film/earlier_frames.h"
 #include "settings/settings.h"
 
 namespace glowworm {
@@ -22,6 +24,7 @@ struct PictureInfo {
   std::vector<std::string> objects, materials;
   std::vector<std::string> light_groups;                  ///< names of the film's groups of lights
   std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices
+  std::shared_ptr<const EarlierFrames> earlier;           ///< whose light the picture uses again; null: none
   std::string view;                                       ///< kRadianceView; empty: none
 };
 

@@ -14,9 +14,13 @@
 namespace glowworm {
 
 struct GltfParts;
+class TextureLibrary;
 
 /// A memory budget for loading a scene. @param bytes 0: half of the machine's memory
 std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes = 0);
+
+/// Textures for imports of one file at several moments, which then read each texture once.
+std::shared_ptr<TextureLibrary> texture_library(const std::shared_ptr<MemoryBudget>& budget);
 
 /// A moment of a scene that moves.
 struct Moment {
@@ -78,6 +82,8 @@ struct ImportOptions {
   /// Path of the program glowworm-assimp, which reads the formats left to Assimp. Empty: look beside the running
   /// program, or in ../libexec/glowworm relative to it.
   std::string assimp_program = {};
+  /// Textures of earlier imports with the same budget; null: none.
+  std::shared_ptr<TextureLibrary> textures = {};
 };
 
 /// Whether the name is that of a built-in scene, "builtin:NAME", known or not.

@@ -150,7 +150,7 @@ std::filesystem::path entry_whatever_the_capitals(const std::filesystem::path& f
 struct TextureCache::State {
   explicit State(const ImportOptions& options, NoteCounter& notes)
       : budget(options.budget),
-        library(std::make_shared<TextureLibrary>(options.budget->limit() / 4, options.budget)),
+        library(options.textures ? options.textures : texture_library(options.budget)),
         notes(notes),
         lazy(options.lazy_textures) {}
 
@@ -185,6 +185,10 @@ struct TextureCache::State {
   std::map<std::string, std::string> failed;       // problems by name
   std::set<std::string> noted;
 };
+
+std::shared_ptr<TextureLibrary> texture_library(const std::shared_ptr<MemoryBudget>& budget) {
+  return std::make_shared<TextureLibrary>(budget->limit() / 4, budget);
+}
 
 TextureCache::TextureCache(const ImportOptions& options, NoteCounter& notes)
     : state_(std::make_unique<State>(options, notes)) {}

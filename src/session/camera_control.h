@@ -2,7 +2,7 @@
 // are not mentioned (field of view, lens, window) stay.
 #pragma once
 #include "core/vec.h"
-#include "scene/camera.h"
+#include "scene/projection.h"
 
 namespace glowworm {
 
@@ -27,16 +27,5 @@ Camera look_towards(const Camera& camera, Vec3 point, Vec3 up);
 
 /// Places the camera at `eye`, looking at `target`. Throws Error if both are equal or `up` is along the view.
 Camera placed(const Camera& camera, Vec3 eye, Vec3 target, Vec3 up);
-
-/// A point of the world in the picture.
-struct Projection {
-  Vec2 film;  ///< pixels from the upper left corner
-  float depth =
-      0;  ///< metres from the camera's position (perspective) or plane (orthographic) along the ray; <= 0: behind
-};
-Projection project(const Camera& camera, Vec3 point, int width, int height);
-
-/// Position, as far as a pinhole sees it, at `depth` metres along the ray through a point of the picture.
-Vec3 unproject(const Camera& camera, Vec2 film, int width, int height, float depth);
 
 }  // namespace glowworm

@@ -88,6 +88,30 @@ TEST_F(SequenceTest, PartsRenderEveryNthFrameToTheSameBits) {
   expect_same_pixels("all1.exr", "part1.exr");
 }
 
+TEST_F(SequenceTest, AFrameThatUsesEarlierLightHasTheSameBitsAlone) {
+  const auto made = [&](const std::string& prefix, std::vector<std::string> more) {
+    more.insert(more.end(), {"--turntable", "100", "--samples", "4"});
+    ASSERT_EQ(frames(prefix, more).status, 0);
+  };
+  made("all", {"--frames", "0-3", "--reuse", "2"});
+  made("own", {"--frames", "3", "--reuse", "2"});
+  made("part", {"--frames", "0-3", "--reuse", "2", "--part", "2/2"});
+  made("plain", {"--frames", "0-3"});
+  EXPECT_FALSE(fs::exists(path("own2.exr")));
+  EXPECT_FALSE(fs::exists(path("part1.exr")));
+  expect_same_pixels("all3.exr", "own3.exr");
+  expect_same_pixels("all3.exr", "part3.exr");
+  expect_same_pixels("all0.exr", "plain0.exr");
+  EXPECT_FALSE(read_image(path("all3.exr")).rgb() == read_image(path("plain3.exr")).rgb());
+}
+
+TEST_F(SequenceTest, LightIsNotUsedAgainWhereALampMoves) {
+  write_script(R"({"from": 0, "to": 3, "light": {"name": "0", "move": [0.1, 0, 0.1]}})");
+  ASSERT_EQ(frames("all", {"--script", "moves.json", "--samples", "2", "--reuse", "2"}).status, 0);
+  ASSERT_EQ(frames("plain", {"--script", "moves.json", "--samples", "2"}).status, 0);
+  expect_same_pixels("all2.exr", "plain2.exr");
+}
+
 TEST_F(SequenceTest, SkipsFramesThatAreThere) {
   ASSERT_EQ(frames("a", {"--turntable", "3"}).status, 0);
   const fs::file_time_type first = fs::last_write_time(path("a0.exr"));
@@ -127,6 +151,9 @@ TEST_F(SequenceTest, RefusesWhatMakesNoSequence) {
                              [] { setenv("PATH", "/nowhere", 1); }),
                       {"ffmpeg"}, 2));
   EXPECT_TRUE(refused(run_with({"--turntable", "3", "-o", "a#.exr", "--resume=a.checkpoint"}), {"--resume"}, 2));
+  EXPECT_TRUE(refused(run_with({"--reuse", "3", "-o", "a.exr"}), {"--reuse"}, 2));
+  EXPECT_TRUE(
+      refused(run_with({"--turntable", "3", "--reuse", "3", "--filter", "off", "-o", "a#.exr"}), {"filter"}, 2));
   write_script(R"({"at": 1, "focus": [0.5, 0.5]})");
   EXPECT_TRUE(refused(run_with({"--script", "moves.json", "-o", "a#.exr"}), {"focus"}, 2));
   EXPECT_TRUE(names().empty() || names() == std::vector<std::string>{"moves.json"});

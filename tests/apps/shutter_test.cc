@@ -43,6 +43,16 @@ AttributeEnd
 )";
 }
 
+/// A floor that glows, a sphere, and a camera that moves between 0 and 1 s.
+constexpr const char* kMovingCamera = R"(ActiveTransform EndTime Translate 0.3 0 0 ActiveTransform All
+LookAt 0 1 4  0 0.5 0  0 1 0
+Camera "perspective" "float fov" 40 "float shutterclose" 1
+WorldBegin
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4  4 0 4  4 0 -4]
+AreaLightSource "diffuse" "rgb L" [4 4 4]
+Translate 0 1 0 Shape "sphere" "float radius" .3
+)";
+
 class ShutterTest : public ProgramTest {
  protected:
   void write(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
@@ -103,14 +113,7 @@ TEST_F(ShutterTest, ThingsThatMoveAreTheMeanOfStills) {
 }
 
 TEST_F(ShutterTest, ACameraThatMovesTracesPhotonsOnce) {
-  write("a.pbrt", R"(ActiveTransform EndTime Translate 0.3 0 0 ActiveTransform All
-LookAt 0 1 4  0 0.5 0  0 1 0
-Camera "perspective" "float fov" 40 "float shutterclose" 1
-WorldBegin
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4  4 0 4  4 0 -4]
-AreaLightSource "diffuse" "rgb L" [4 4 4]
-Translate 0 1 0 Shape "sphere" "float radius" .3
-)");
+  write("a.pbrt", kMovingCamera);
   make("a.pbrt", "still.exr", {"--samples", "8", "--shutter", "0", "--stats", "still.json"});
   make("a.pbrt", "blurred.exr", {"--samples", "8", "--stats", "blurred.json"});
   EXPECT_FALSE(pixels("still.exr") == pixels("blurred.exr"));
@@ -145,6 +148,27 @@ TEST_F(ShutterTest, PartsMergeToTheSameBits) {
   EXPECT_TRUE(pixels("whole.exr") == pixels("one-thread.exr"));
 }
 
+TEST_F(ShutterTest, AnInterruptedPictureContinuesToTheSameBits) {
+  write("a.pbrt", moving_scene("ActiveTransform EndTime Translate 0.3 0 0 ActiveTransform All"));
+  const std::vector<std::string> options = {"--samples", "6", "--gather", "4", "--photons", "2k"};
+  make("a.pbrt", "whole.exr", options);
+  std::vector<std::string> words = {"render", "a.pbrt", "--precision", "float", "-o", "a.exr", "--resume=c"};
+  words.insert(words.end(), options.begin(), options.end());
+  int interrupted = 0;
+  for (const double seconds : {0.0, 0.15}) {
+    Running running(folder_, words);
+    running.wait_for_text("pixels", 60);
+    wait_until([] { return false; }, seconds);
+    running.send(SIGINT);
+    interrupted += running.wait().status == 130;
+  }
+  EXPECT_GT(interrupted, 0);
+  const Outcome made = run(words);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_THAT(made.err, testing::HasSubstr("going on from c"));
+  EXPECT_TRUE(pixels("whole.exr") == pixels("a.exr"));
+}
+
 TEST_F(ShutterTest, FramesOfAScriptBlurBetweenThem) {
   write("moves.json", R"({"frames": 2, "moves": [{"from": 0, "to": 2, "orbit": [40, 0]},
                                                  {"from": 1, "to": 2, "light": {"name": "0", "move": [0.2, 0, 0]}}]})");
@@ -165,12 +189,28 @@ TEST_F(ShutterTest, RefusesWhatItCannotBlur) {
   const auto run_with = [&](const std::vector<std::string>& more) { return render("builtin:cornell", more); };
   for (const char* text : {"x", "1/0", "2:1", "0.1:", "1/2/3"})
     EXPECT_TRUE(refused(run_with({"--shutter", text, "-o", "a.exr"}), {"1/48"}, 2)) << text;
-  EXPECT_TRUE(refused(run_with({"--shutter", "1/48", "--noise", "1%", "-o", "a.exr"}), {"--noise", "--samples"}, 2));
-  EXPECT_TRUE(refused(run_with({"--shutter", "1/48", "-o", "a.exr", "--resume"}), {"--resume"}, 2));
-  write("a.pbrt", moving_scene());
-  const Outcome made = render("a.pbrt", {"--noise", "50%", "-o", "a.exr"});
-  EXPECT_EQ(made.status, 0) << made.err;
-  EXPECT_THAT(made.err, testing::HasSubstr("no motion blur"));
+  EXPECT_TRUE(
+      refused(run_with({"--shutter", "1/48", "--noise", "1%", "-o", "a.exr", "--resume"}), {"--noise", "--resume"}, 2));
+}
+
+TEST_F(ShutterTest, NoiseAndTimeFindTheSamples) {
+  write("a.pbrt", kMovingCamera);
+  struct Made {
+    int samples;
+    double error;
+  };
+  const auto made = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--samples", "4096", "--gather", "2", "--stats", "s.json"});
+    make("a.pbrt", "a.exr", more);
+    return Made{read_json("s.json")["passes"].get<int>(),
+                std::stod(read_image(path("a.exr")).metadata.at("glowworm:relative_error"))};
+  };
+  const Made few = made({"--noise", "99%"});
+  EXPECT_EQ(few.samples, 32);
+  const Made more = made({"--noise", fmt::format("{}", 0.7 * few.error)});
+  EXPECT_GT(more.samples, few.samples);
+  EXPECT_LT(more.error, 0.75 * few.error);
+  EXPECT_GE(made({"--time", "0.1"}).samples, few.samples);
 }
 
 }  // namespace

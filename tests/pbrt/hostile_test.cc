@@ -1,4 +1,5 @@
 // Damaged or malicious files: an error with its place, within little time and memory.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -157,7 +158,7 @@ TEST(PbrtHostile, UnbalancedBlocks) {
             std::string::npos);
   EXPECT_NE(error_of("ObjectBegin \"o\" ObjectBegin \"p\"").find("scene.pbrt:1:17: ObjectBegin inside of an object"),
             std::string::npos);
-  EXPECT_NE(error_of("ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd").find("ObjectInstance inside of an object"),
+  EXPECT_NE(error_of("ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd").find("the object \"o\" contains itself"),
             std::string::npos);
   EXPECT_NE(error_of("ObjectInstance \"o\"").find("scene.pbrt:1:1: no object \"o\""), std::string::npos);
   EXPECT_NE(error_of(std::string(kTriangle) + "WorldBegin").find("scene.pbrt:2:1: WorldBegin comes after shapes"),
@@ -240,6 +241,18 @@ TEST(PbrtHostile, InstancesAreBounded) {
   EXPECT_THAT(error, testing::StartsWith("scene.pbrt:2"));
   EXPECT_THAT(error, testing::HasSubstr("of triangles (held: "));
   EXPECT_THAT(error, testing::HasSubstr("--memory"));
+}
+
+TEST(PbrtHostile, NestedObjectsAreBounded) {
+  // Each object holds the one before twice.
+  std::string text = "WorldBegin ObjectBegin \"0\" Shape \"sphere\" ObjectEnd\n";
+  for (int i = 1; i < 40; ++i)
+    text += fmt::format("ObjectBegin \"{0}\" ObjectInstance \"{1}\" ObjectInstance \"{1}\" ObjectEnd\n", i, i - 1);
+  EXPECT_THAT(error_of(text + "ObjectInstance \"39\"", within(std::uint64_t{16} << 20)),
+              testing::HasSubstr("of triangles (held: "));
+  std::string deep = "WorldBegin ObjectBegin \"0\" Shape \"sphere\" ObjectEnd\n";
+  for (int i = 1; i < 1100; ++i) deep += fmt::format("ObjectBegin \"{}\" ObjectInstance \"{}\" ObjectEnd\n", i, i - 1);
+  EXPECT_THAT(error_of(deep), testing::HasSubstr("nested more than 1000 deep"));
 }
 
 TEST(PbrtHostile, AttributesAreBounded) {

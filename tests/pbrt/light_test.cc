@@ -284,11 +284,20 @@ TEST(PbrtLight, AreaLightsEndWithTheirAttributes) {
   EXPECT_EQ(scene.geometry.emission[1], kNone);
 }
 
-TEST(PbrtLight, AreaLightsOfInstancesAreLeftOutAsInPbrt) {
-  const SceneDescription scene = load_text(std::string("WorldBegin ObjectBegin \"o\" AreaLightSource \"diffuse\"\n") +
-                                           kTriangle + "ObjectEnd ObjectInstance \"o\"");
-  EXPECT_EQ(scene.geometry.emission.at(0), kNone);
-  EXPECT_TRUE(has_note(scene, "not supported, as in pbrt: an area light in an object instance"));
+TEST(PbrtLight, AreaLightsOfObjectsShineAtEachPlace) {
+  std::string text = std::string(
+                         "WorldBegin ObjectBegin \"o\" Shape \"sphere\" AttributeBegin AreaLightSource "
+                         "\"diffuse\"\n") +
+                     kTriangle + "AttributeEnd ObjectEnd\n";
+  for (int i = 0; i < 4; ++i) text += "Translate 3 0 0 ObjectInstance \"o\"\n";
+  const Scene scene(load_text(text));
+  EXPECT_EQ(scene.emissive_triangles().size(), 4u);
+  EXPECT_EQ(scene.emissions().size(), 1u);
+  EXPECT_EQ(scene.geometry().instances.size(), 3u);
+  const Geometry& g = scene.geometry();
+  EXPECT_FLOAT_EQ(g.positions[g.triangles[scene.emissive_triangles()[3]][0]].x -
+                      g.positions[g.triangles[scene.emissive_triangles()[0]][0]].x,
+                  9);
 }
 
 TEST(PbrtLight, AreaLightsOfAlphaZeroAreLeftOutAndNoted) {

@@ -261,6 +261,19 @@ TEST(PbrtShape, InstancesAreMovedByBothTransforms) {
   }
 }
 
+TEST(PbrtShape, ObjectsWithinObjectsAreInstancesOfTheInnerOnes) {
+  // Two spheres a row, three rows; mirrored rows, too.
+  const SceneDescription scene = load_text(
+      "WorldBegin ObjectBegin \"ball\" Shape \"sphere\" ObjectEnd\n"
+      "ObjectBegin \"row\" ObjectInstance \"ball\" AttributeBegin Translate 3 0 0 ObjectInstance \"ball\" "
+      "AttributeEnd ObjectEnd\n"
+      "ObjectInstance \"row\" Translate 0 4 0 ObjectInstance \"row\" Scale -1 1 1 ObjectInstance \"row\"");
+  ASSERT_EQ(scene.geometry.instances.size(), 5u);
+  EXPECT_EQ(scene.geometry.instances[2].to_world.translation.x, 3);
+  EXPECT_EQ(scene.geometry.instances[2].to_world.translation.y, 4);
+  EXPECT_EQ(scene.geometry.instances[4].to_world.translation.x, -3);
+}
+
 TEST(PbrtShape, InstancesWithoutNormalsKeepTheirOutside) {
   const std::string object = std::string("WorldBegin ObjectBegin \"o\" ") + pbrt_testing::kTriangle + "ObjectEnd\n";
   EXPECT_EQ(load_text(object + "ObjectInstance \"o\"").geometry.normal(0).z, 1);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/pbrt/camera.h"
@@ -29,6 +30,21 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kMaxNesting = 10000;
+constexpr int kDeepestObject = 1000;
+
+/// What ObjectBegin defines.
+struct PbrtObject {
+  struct Part {
+    const PbrtObject* object;
+    std::string name;
+    TransformDouble to_outer;
+  };
+  std::vector<PbrtShape> shapes, lamps;  ///< lamps emit light
+  std::vector<Part> parts;               ///< objects that it places
+  int depth = 0;                         ///< of the objects in it
+
+  bool is_empty() const { return shapes.empty() && lamps.empty() && parts.empty(); }
+};
 
 /// Parameters set by Attribute directives, newest first. It is a linked list, so that states saved by AttributeBegin
 /// share it.
@@ -88,8 +104,8 @@ struct PbrtBuilder::State {
   std::vector<std::function<void()>> redefinitions;  ///< of names within open blocks: restore the older value
   std::size_t ignored_nesting = 0;
   std::map<std::string, PbrtTransforms, std::less<>> coordinate_systems;
-  std::map<std::string, std::vector<PbrtShape>, std::less<>> objects;
-  std::vector<PbrtShape>* open_object = nullptr;
+  std::map<std::string, PbrtObject, std::less<>> objects;
+  PbrtObject* open_object = nullptr;
   std::optional<PbrtDirective> film;
   float exposure_seconds = 1;
   Shutter shutter{0, 1};                 ///< of the first camera
@@ -187,6 +203,7 @@ struct PbrtBuilder::State {
   void place(const PbrtShape& shape, const TransformDouble& to_world);
   void object_begin(PbrtDirective& d);
   void object_instance(PbrtDirective& d);
+  void place_object(const PbrtObject& object, const std::string& name, const TransformDouble& to_world);
 };
 
 PbrtBuilder::State::Action PbrtBuilder::State::action_of(std::string_view name) {
@@ -429,11 +446,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   shape.material = materials.on_shape(now.material, alpha, now.media, !d.parameters.boolean("seenbycameras", true));
   shape.textured =
       now.textured_material || alpha.texture != kNone || (now.light && now.light->emission.radiance.texture != kNone);
-  if (open_object && now.light) {
-    note(d, "not supported, as in pbrt: an area light in an object instance");
-  } else {
-    shape.light = now.light;
-  }
+  shape.light = now.light;
   if (shape.light && alpha.texture == kNone && alpha.value == 0) {
     note(d, "not supported, left out with its light: area light of a shape with an alpha of 0");
   }
@@ -443,7 +456,7 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   shape.mesh = std::move(*mesh);
   if (open_object) {
     object_meshes.grow(sizeof shape + mesh_bytes(shape.mesh.geometry));
-    open_object->push_back(std::move(shape));
+    (shape.light ? open_object->lamps : open_object->shapes).push_back(std::move(shape));
   } else {
     place(shape, TransformDouble());
   }
@@ -473,26 +486,39 @@ void PbrtBuilder::State::object_begin(PbrtDirective& d) {
 
 void PbrtBuilder::State::object_instance(PbrtDirective& d) {
   has_world_content = true;
-  if (open_object) {
-    error(d, "ObjectInstance inside of an object", "Instances of instances are not part of pbrt's language.");
-    return;
-  }
   const auto found = objects.find(d.strings[0]);
   if (found == objects.end()) {
     error(d, fmt::format("no object {}", in_quotes(d.strings[0])), "Define it first by ObjectBegin.");
     return;
   }
-  const TransformDouble to_world = transform_at(d);
-  // Errors of shapes are found with the first place.
-  if (diagnostics().error_count() == 0 &&
-      keeper.keep(&found->second, to_world,
-                  fmt::format("{} {}", d.strings[0], context.scene.geometry.instances.size() + 1),
-                  [&] { return shared_mesh(found->second); }) != kNone)
-    return;
-  for (const PbrtShape& shape : found->second) {
-    if (diagnostics().full()) return;
-    place(shape, to_world);
+  const PbrtObject& object = found->second;
+  if (!open_object) return place_object(object, d.strings[0], transform_at(d));
+  if (&object == open_object) {
+    error(d, fmt::format("the object {} contains itself", in_quotes(d.strings[0])), "Remove the ObjectInstance.");
+  } else if (object.depth == kDeepestObject) {
+    error(d, fmt::format("objects are nested more than {} deep", kDeepestObject), "Place the inner ones themselves.");
+  } else if (!object.is_empty()) {
+    open_object->depth = std::max(open_object->depth, object.depth + 1);
+    object_meshes.grow(sizeof(PbrtObject::Part) + d.strings[0].size());
+    open_object->parts.push_back({&object, d.strings[0], transform_at(d)});
   }
+}
+
+/// Adds an object: its shapes as an instance where that saves memory, its lamps, and the objects in it.
+void PbrtBuilder::State::place_object(const PbrtObject& object, const std::string& name,
+                                      const TransformDouble& to_world) {
+  check_cancelled();
+  // Errors of shapes are found with the first place.
+  const bool kept =
+      diagnostics().error_count() == 0 &&
+      keeper.keep(&object, to_world, fmt::format("{} {}", name, context.scene.geometry.instances.size() + 1),
+                  [&] { return shared_mesh(object.shapes); }) != kNone;
+  for (const auto* shapes : {&object.shapes, &object.lamps})
+    for (const PbrtShape& shape : *shapes) {
+      if (diagnostics().full()) return;
+      if (!kept || shapes == &object.lamps) place(shape, to_world);
+    }
+  for (const PbrtObject::Part& part : object.parts) place_object(*part.object, part.name, to_world * part.to_outer);
 }
 
 /// Tells the motion what moves, and adds the cameras of its moments.

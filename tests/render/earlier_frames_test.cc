@@ -1,0 +1,91 @@
+// Gathered light of earlier frames, used again.
+#include "film/earlier_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/random.h"
+#include "scene/projection.h"
+
+namespace glowworm {
+namespace {
+
+constexpr int kSide = 40;
+constexpr float kDeviation = 0.2f;
+
+/// A frame of a wall at z = 0 that is lit by `level(x, y)`, with noise. @param x of the camera, 1 m before it
+FrameLight frame_of_wall(float x, std::uint32_t seed, float (*level)(Vec3)) {
+  FrameLight out;
+  out.view = {look_at({x, 0, -1}, {x, 0, 0}, {0, 1, 0}, 60), kSide, kSide, {0, 0, kSide, kSide}};
+  out.guides = {kSide, kSide, {}, {}};
+  Sampler random(SamplerKind::independent, seed, 0, 0);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Vec2 film{static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f};
+    const Vec3 to = unproject(out.view.camera, film, kSide, kSide, 1) - out.view.camera.to_world.translation;
+    const float depth = 1 / to.z;
+    out.guides.normal.push_back({0, 0, -1});
+    out.guides.depth.push_back(depth);
+    // Of even random numbers on [-sqrt(3), sqrt(3)], the variance is 1.
+    const float noise = kDeviation * std::sqrt(3.0f) * (2 * random.next1() - 1);
+    const float value = level(out.view.camera.to_world.translation + to * depth) + noise;
+    out.direct.light.emplace_back(value);
+    out.direct.level.push_back(value);
+    out.direct.variance.push_back(kDeviation * kDeviation);
+    out.direct.samples.push_back(4);
+  }
+  out.indirect = out.direct;
+  return out;
+}
+
+float even(Vec3) { return 2; }
+
+/// Root mean square of the difference from a level.
+double error_of(const LightEstimate& estimate, float level) {
+  double sum = 0;
+  for (const RGB& light : estimate.light) sum += (light.r - level) * (light.r - level);
+  return std::sqrt(sum / static_cast<double>(estimate.light.size()));
+}
+
+EarlierFrames frames_before(const FrameLight& own, int count, float (*level)(Vec3)) {
+  std::vector<std::shared_ptr<const FrameLight>> frames;
+  for (int i = 1; i <= count; ++i)
+    frames.push_back(std::make_shared<const FrameLight>(
+        frame_of_wall(-0.02f * static_cast<float>(i), static_cast<std::uint32_t>(i), level)));
+  return {own.view, frames};
+}
+
+TEST(EarlierFrames, ReduceNoiseLikeFurtherSamples) {
+  FrameLight own = frame_of_wall(0, 0, even);
+  const double before = error_of(own.direct, 2);
+  add_earlier_samples(frames_before(own, 7, even), own.guides, &FrameLight::direct, own.direct);
+  EXPECT_LT(error_of(own.direct, 2), 0.5 * before);
+  // In the middle, all frames but a few are used.
+  const std::size_t middle = kSide * kSide / 2 + kSide / 2;
+  EXPECT_GE(own.direct.samples[middle], 24u);
+  EXPECT_NEAR(own.direct.variance[middle] * static_cast<float>(own.direct.samples[middle]), 4 * kDeviation * kDeviation,
+              1e-5);
+}
+
+TEST(EarlierFrames, AreNotUsedInOtherLight) {
+  FrameLight own = frame_of_wall(0, 0, even);
+  add_earlier_samples(frames_before(own, 7, [](Vec3) { return 2.4f; }), own.guides, &FrameLight::direct, own.direct);
+  double sum = 0;
+  for (const RGB& light : own.direct.light) sum += light.r;
+  EXPECT_NEAR(sum / (kSide * kSide), 2, 0.03);
+}
+
+TEST(EarlierFrames, AreNotUsedOnOtherSurfaces) {
+  FrameLight own = frame_of_wall(0, 0, even);
+  const LightEstimate before = own.direct;
+  EarlierFrames earlier = frames_before(own, 1, even);
+  auto nearer = std::make_shared<FrameLight>(*earlier.frames[0]), turned = std::make_shared<FrameLight>(*nearer);
+  for (float& depth : nearer->guides.depth) depth *= 0.9f;
+  for (Vec3& normal : turned->guides.normal) normal = {0, 1, 0};
+  earlier.frames = {nearer, turned};
+  add_earlier_samples(earlier, own.guides, &FrameLight::direct, own.direct);
+  EXPECT_EQ(own.direct.samples, before.samples);
+}
+
+}  // namespace
+}  // namespace glowworm
