@@ -142,37 +142,21 @@ class GatherGuide::Learner {
     return below;
   }
 
-  /// Of rays at the corners of cells, between which it is bilinear; its mean over the square is 1.
-  static constexpr int kCorners = kSide + 1;
-  using Density = std::array<std::array<double, kCorners>, kCorners>;
+  using Density = std::array<double, kCells>;
 
-  /// The mean over a cell.
-  static double in_cell(const Density& corner, std::size_t cell) {
-    const std::size_t r = cell / kSide, c = cell % kSide;
-    return (corner[r][c] + corner[r][c + 1] + corner[r + 1][c] + corner[r + 1][c + 1]) / 4;
-  }
-
-  /// In proportion to the root mean square of the light, beside a share that is even. A corner has the mean of the
-  /// cells around it.
+  /// In proportion to the root mean square of the light, beside a share that is even.
   static Density density_of(const Moments& m, double even_share) {
-    Density density{};
-    for (int r = 0; r < kCorners; ++r)
-      for (int c = 0; c < kCorners; ++c)
-        for (const int row : {std::max(r - 1, 0), std::min(r, kSide - 1)})
-          for (const int column : {std::max(c - 1, 0), std::min(c, kSide - 1)})
-            density[r][c] += std::sqrt(m.square[static_cast<std::size_t>(row * kSide + column)]);
+    Density density;
     double sum = 0;
-    for (std::size_t i = 0; i < kCells; ++i) sum += in_cell(density, i);
-    for (auto& row : density)
-      for (double& d : row) d = sum > 0 ? even_share + (1 - even_share) * d * kCells / sum : 1;
+    for (std::size_t i = 0; i < kCells; ++i) sum += density[i] = std::sqrt(m.square[i]);
+    for (double& d : density) d = sum > 0 ? even_share + (1 - even_share) * d * kCells / sum : 1;
     return density;
   }
 
   /// Rays are stratified, so their variance is that within cells.
   static double variance(const Moments& m, const Density& density) {
     double sum = 0;
-    for (std::size_t i = 0; i < kCells; ++i)
-      sum += std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0) / in_cell(density, i);
+    for (std::size_t i = 0; i < kCells; ++i) sum += std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0) / density[i];
     return sum;
   }
 
@@ -203,20 +187,27 @@ class GatherGuide::Learner {
     return static_cast<std::uint32_t>(out_.tables_.size() - 1);
   }
 
-  static GuideTable table_of(const Density& density) {
-    Density columns{};
+  static GuideTable table_of(const Density& cells) {
+    // A corner has the mean of the cells around it.
+    constexpr int kCorners = kSide + 1;
+    std::array<std::array<double, kCorners>, kCorners> density{}, columns{};
     std::array<double, kCorners> rows{};
-    for (int r = 0; r < kCorners; ++r) {
-      for (int c = 1; c < kCorners; ++c) columns[r][c] = columns[r][c - 1] + (density[r][c - 1] + density[r][c]) / 2;
-      if (r > 0) rows[r] = rows[r - 1] + (columns[r - 1][kSide] + columns[r][kSide]) / 2;
-    }
+    for (int r = 0; r < kCorners; ++r)
+      for (int c = 0; c < kCorners; ++c) {
+        for (const int row : {std::max(r - 1, 0), std::min(r, kSide - 1)})
+          for (const int column : {std::max(c - 1, 0), std::min(c, kSide - 1)})
+            density[r][c] += cells[static_cast<std::size_t>(row * kSide + column)] / 4;
+        if (c > 0) columns[r][c] = columns[r][c - 1] + (density[r][c - 1] + density[r][c]) / 2;
+      }
+    for (int r = 1; r < kCorners; ++r) rows[r] = rows[r - 1] + (columns[r - 1][kSide] + columns[r][kSide]) / 2;
+    const double scale = kCells / rows[kSide];
     GuideTable table;
     for (int r = 0; r < kCorners; ++r) {
       for (int c = 0; c < kCorners; ++c) {
-        table.density[r][c] = static_cast<float>(density[r][c]);
-        table.columns[r][c] = static_cast<float>(columns[r][c]);
+        table.density[r][c] = static_cast<float>(density[r][c] * scale);
+        table.columns[r][c] = static_cast<float>(columns[r][c] * scale);
       }
-      table.rows[r] = static_cast<float>(rows[r]);
+      table.rows[r] = static_cast<float>(rows[r] * scale);
     }
     return table;
   }

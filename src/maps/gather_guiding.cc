@@ -173,7 +173,7 @@ GuideRays unpacked_rays(std::span<const std::byte> bytes) {
   require(in.left() == 0);
   for (const auto* vectors : {&rays.position, &rays.normal})
     for (const Vec3& v : *vectors) require(is_finite(v));
-  static_assert(GatherGuide::kSide * GatherGuide::kSide == 256, "every byte is a cell");
+  for (const std::uint8_t cell : rays.cell) require(cell < GatherGuide::kSide * GatherGuide::kSide);
   for (const float light : rays.light) require(std::isfinite(light));
   return rays;
 }
