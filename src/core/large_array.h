@@ -65,13 +65,4 @@ class LargeArray {
   std::size_t size_ = 0;
 };
 
-/// Bytes of an element of a batch, in all arrays that its for_arrays() visits.
-template <class Batch>
-std::size_t bytes_each() {
-  Batch none;
-  std::size_t bytes = 0;
-  Batch::for_arrays([&bytes](auto& array) { bytes += sizeof(array[0]); }, none);
-  return bytes;
-}
-
 }  // namespace glowworm

@@ -36,7 +36,7 @@ struct BlockMemory {
   CameraRays camera;
   std::vector<Ray> rays;  // of the paths
   std::vector<Hit> hits;
-  std::vector<CameraPath> paths;        // paths that continue through a sharp bounce
+  std::vector<CameraPath> paths;        // paths that continue through a specular bounce
   std::vector<CameraPath> split_paths;  // of surface samples that continue on a second path
   GatherPoints points;                  // the one or the other
   QueryPoints queries;
@@ -202,14 +202,14 @@ class BlockTracer {
     bool scatter(const Vertex& vertex) { return tracer.scatter(path, vertex, bounce); }
   };
 
-  /// Processes a path's hit. Returns true if the path continues through a sharp bounce.
+  /// Processes a path's hit. Returns true if the path continues through a specular bounce.
   bool advance(CameraPath& path, const Hit& hit, int bounce) {
     return meet(tracer_.scene(), path, hit, Policy{*this, path, bounce});
   }
 
   bool scatter(CameraPath& path, const Vertex& vertex, int bounce) {
     if (bounce == 0) record_surface(path, vertex);
-    // Surface samples see light through the sharp lobes alone.
+    // Surface samples see light through the specular lobes alone.
     if (sequence_.of_surface()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
     const float broad = broad_probability(vertex);
     if (broad >= 1 || path.sampler.next1() < broad) {
@@ -245,7 +245,7 @@ class BlockTracer {
       add_gather_point(memory_.points, vertex, throughput, path.slot, path.sequence, path.sample, in_media_);
   }
 
-  /// Continues through the sharp lobes of the surface, and adds the light of lamps that rough ones reflect.
+  /// Continues through the specular lobes of the surface, and adds the light of lamps that rough ones reflect.
   bool follow(CameraPath& path, const Vertex& vertex, int bounce) {
     Sampler& sampler = path.sampler;
     const Scene& scene = tracer_.scene();
@@ -263,7 +263,7 @@ class BlockTracer {
     return leave(path, vertex, s, s.weight) && survives(path, max_component(path.throughput), kLeastOfChains, bounce);
   }
 
-  /// Continues through the sharp lobes, for lamps that are seen through them.
+  /// Continues through the specular lobes, for lamps that are seen through them.
   bool follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce) {
     const ShadedSurface surface = vertex.surface();
     const float u_lobe = path.sampler.next1();
@@ -280,7 +280,7 @@ class BlockTracer {
       }
     }
     const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSharp);
-    // Not by throughput: that of split paths is small, and would end them. The first bounces are not left to chance.
+    // Not by throughput: splitting makes it small, and would end paths. The first bounces are not left to chance.
     return leave(path, vertex, s, s.weight) &&
            (bounce < kSplitBounces || survives(path, max_component(s.weight), 1, bounce));
   }

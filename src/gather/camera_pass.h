@@ -1,4 +1,4 @@
-// The camera pass: camera rays, followed through sharp bounces to the gather points.
+// The camera pass: camera rays, followed through specular bounces to the gather points.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -14,7 +14,7 @@
 namespace glowworm {
 
 /// Surface samples of each camera sample: camera paths that find emission and albedo, but no gather points. They cost
-/// little, and textures, edges and lamps need more samples than light does. They follow the sharp lobes of every
+/// little, and textures, edges and lamps need more samples than light does. They follow the specular lobes of every
 /// surface, and at first both reflection and refraction, so that reflected lamps have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
@@ -27,7 +27,7 @@ struct CameraPassSettings {
   VolumeSegments* segments = nullptr;  ///< takes the ways of camera rays through media, by slot; null: no media
 };
 
-/// The first visible surface of each slot, seen through sharp bounces.
+/// The first visible surface of each slot, seen through specular bounces.
 struct FirstHit {
   std::vector<RGB> albedo;   ///< of all lobes of the gather point; white for lights
   std::vector<Vec3> normal;  ///< shading normal on the viewer's side; (0,0,0) if nothing is hit
@@ -46,8 +46,8 @@ struct FirstHit {
 };
 
 /// Traces the camera samples of the tasks on all threads. Fills `radiance.emitted`, and adds to `radiance.direct` the
-/// lights reflected by rough sharp lobes; both are resized. Neighbours in the order of gather points are close together
-/// in space. The result is the same for any number of threads.
+/// lights reflected by rough specular lobes; both are resized. Neighbours in the order of gather points are close
+/// together in space. The result is the same for any number of threads.
 GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          Statistics& statistics);

@@ -141,7 +141,7 @@ class ChunkGatherer {
       if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;
       if (advance(i)) rays_.move(i, kept++);
     }
-    rays_.shrink(kept);
+    rays_.resize(kept);
     ++segments_;
   }
 
@@ -306,7 +306,7 @@ class ChunkGatherer {
   }
 
   /// Warps the random numbers of a ray from a diffuse point where the guide knows more light, and turns the point's
-  /// frame to that of the guide. Returns the factor on the ray's weight.
+  /// frame to the guide's. Returns the factor on the ray's weight.
   float guide(Vertex& vertex, Vec2& u) const {
     if (!settings_.guide || !is_lambertian(vertex.bsdf)) return 1;
     const Vec3 normal = face_forward(vertex.point.frame.n, vertex.wo);
@@ -316,7 +316,7 @@ class ChunkGatherer {
     return settings_.guide->warp(region, u);
   }
 
-  /// Continues through the sharp lobes. @param before largest component of the throughput that arrived
+  /// Continues through the specular lobes. @param before largest component of the throughput that arrived
   bool follow(std::size_t i, PathState& path, const Vertex& vertex, float before) {
     const std::uint32_t bounces = ++rays_.bounces[i];
     Sampler sampler = sampler_of(i, kSharpStream + bounces);

@@ -21,7 +21,7 @@ struct FinalGatherSettings {
   const GatherGuide* guide = nullptr;     ///< of diffuse gather points; null: none
   const BrightPatches* bright = nullptr;  ///< patches to sample directly; null: none
   std::uint32_t patch_samples = 0;        ///< rays of each gather point to bright patches, in addition to `rays`
-  /// Whether rays that meet lights through sharp bounces add them to `radiance.caustic`. Use it for points without
+  /// Whether rays that meet lights through specular bounces add them to `radiance.caustic`. Use it for points without
   /// photons around them.
   bool adds_caustics = false;
   /// Gather again from ends of secondary rays that are short, too. Most rays are short in corners, where the photons'
@@ -38,7 +38,7 @@ struct GatherQueries {
   /// camera path and 1/N; gather_point is the slot.
   QueryPoints& queries;
   /// Query points of the secondary gather, for the caustic map. Null: there is no caustic map, and such rays add lights
-  /// that they reach through sharp bounces, which is rare and noisy.
+  /// that they reach through specular bounces, which is rare and noisy.
   QueryPoints* caustic_queries = nullptr;
   VolumeSegments* segments = nullptr;  ///< the ways of rays through media, by slot; null: no media
 };

@@ -21,7 +21,7 @@ constexpr double kBorrowedRays = 4;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
 /// Shares of even rays with which the gain of a guide is told: the second is for light that few rays find, because
-/// tables of half of the rays know less of it than those of all.
+/// tables of half of the rays estimate it less well than tables of all.
 constexpr std::array<double, 2> kEvenShares = {GatherGuide::kEvenShare, 0.5};
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace glowworm {
 
-/// Gather rays that a guide learns from: `rays_each` for every point, those of the first point first.
+/// Gather rays that a guide learns from: `rays_each` for every point, in the order of points.
 struct GuideRays {
   std::uint32_t rays_each = 0;
   std::vector<Vec3> position;      ///< of the points, metres
@@ -45,7 +45,7 @@ class GatherGuide {
   /// The region of a gather point, or kNoTable where rays are not guided. @param normal unit, on the side of the rays
   std::uint32_t region(Vec3 position, Vec3 normal) const;
   /// Warps points of the square as their regions say. @param weight set to 1 / density where rays are guided
-  /// @param regions those of the points, of region()
+  /// @param regions of the points, by region()
   void warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const;
 
   /// The same for one point. Returns the weight. @param region with a table

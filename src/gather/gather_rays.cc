@@ -70,31 +70,6 @@ std::uint32_t octahedral_cell(Vec3 d, int bits) {
 
 }  // namespace
 
-template <class Work>
-void GatherRays::for_arrays(const Work& work) {
-  work(rays);
-  work(weight);
-  work(pdf);
-  work(point);
-  work(stratum);
-  work(segment);
-  work(bounces);
-  work(chain);
-  work(medium);
-  work(scattered_at);
-}
-
-void GatherRays::reserve(std::size_t n) {
-  for_arrays([n](auto& array) { array.reserve(n); });
-  hits.reserve(n);
-}
-
-void GatherRays::clear() { shrink(0); }
-
-void GatherRays::move(std::size_t from, std::size_t to) {
-  if (from != to) for_arrays([from, to](auto& array) { array[to] = array[from]; });
-}
-
 void GatherRays::put(std::size_t i, const PathState& path) {
   rays[i] = path.ray;
   weight[i] = path.throughput;
@@ -103,26 +78,9 @@ void GatherRays::put(std::size_t i, const PathState& path) {
   medium[i] = path.medium;
 }
 
-void GatherRays::shrink(std::size_t n) {
-  for_arrays([n](auto& array) { array.resize(n); });
-}
-
 void GatherRays::resize(std::size_t n, std::uint32_t cell) {
   stratum.resize(n, cell);
-  shrink(n);
-}
-
-void GatherRays::push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
-  rays.push_back(ray);
-  weight.push_back(w);
-  pdf.push_back(density);
-  point.push_back(gather_point);
-  stratum.push_back(cell);
-  segment.push_back(Segment::first);
-  bounces.push_back(0);
-  chain.push_back(0);
-  medium.emplace_back();
-  scattered_at.emplace_back();
+  resize(n);
 }
 
 GatherDensity::GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide)
@@ -275,7 +233,7 @@ void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
     out.point[at] = order_[place];
     at += cosine_[place] > 0;
   }
-  out.shrink(at);
+  out.resize(at);
 }
 
 /// Adds one ray of a point with any BSDF.

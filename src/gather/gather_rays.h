@@ -16,14 +16,14 @@ namespace glowworm {
 enum class Segment : std::uint8_t {
   first,            ///< straight from the gather point
   through_panes,    ///< the same after panes, which light samples pass, too
-  chain,            ///< after a sharp bounce; lights seen through it belong to the caustic map
+  chain,            ///< after a specular bounce; lights seen through it belong to the caustic map
   secondary,        ///< from the end of a short ray (secondary gather), through panes or not
-  secondary_chain,  ///< after a sharp bounce of a secondary ray; lights count only if there is no caustic map
+  secondary_chain,  ///< after a specular bounce of a secondary ray; lights count only without a caustic map
   to_patch          ///< straight from the gather point to a bright patch
 };
 
-/// A batch of rays. Arrays of equal length, one element per ray; the code that traces them resizes `hits`.
-struct GatherRays {
+/// A batch of rays; the code that traces them resizes `hits`.
+struct GatherRays : Batch<GatherRays> {
   std::vector<Ray> rays;
   std::vector<Hit> hits;
   std::vector<RGB> weight;             ///< factor on the radiance along the ray: throughput f_r cos / (pdf N)
@@ -31,27 +31,26 @@ struct GatherRays {
   std::vector<std::uint32_t> point;    ///< index of the gather point
   std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
   std::vector<Segment> segment;
-  std::vector<std::uint32_t> bounces;  ///< sharp bounces so far
+  std::vector<std::uint32_t> bounces;  ///< specular bounces so far
   std::vector<float> chain;            ///< factor of these bounces on the weight; unset before the first
   std::vector<PathMedium> medium;      ///< that the last bounce entered; in scenes with media
   std::vector<Vec3> scattered_at;      ///< as PathState::scattered_at; unset before the first bounce
 
-  std::size_t size() const { return rays.size(); }
-  /// Calls `work` for each of the arrays but `hits`.
-  template <class Work>
-  void for_arrays(const Work& work);
-  void reserve(std::size_t n);
-  void clear();
-  /// Overwrites ray `to` with ray `from`.
-  void move(std::size_t from, std::size_t to);
+  /// All but `hits`.
+  template <class Any>
+  static auto arrays(Any& batch) {
+    return std::tie(batch.rays, batch.weight, batch.pdf, batch.point, batch.stratum, batch.segment, batch.bounces,
+                    batch.chain, batch.medium, batch.scattered_at);
+  }
   /// Ray i as a path, and the path as ray i.
   PathState path(std::size_t i) const { return {rays[i], weight[i], pdf[i], scattered_at[i], medium[i]}; }
   void put(std::size_t i, const PathState& path);
-  /// Keeps the first n rays.
-  void shrink(std::size_t n);
+  using Batch::resize;
   /// Resizes to n rays. New rays are of stratum `cell`, straight from the gather point; their other values are unset.
   void resize(std::size_t n, std::uint32_t cell);
-  void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell);
+  void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
+    add(ray, w, density, gather_point, cell, Segment::first, 0u, 0.0f, PathMedium(), Vec3());
+  }
 };
 
 /// Sorts gather points [first, last) by the direction of their normals, stably, so that the rays of one stratum are

@@ -20,7 +20,7 @@ struct PointGrid {
   /// surface.
   std::vector<std::uint32_t> surface;
   /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
-  /// that meet lights through sharp bounces add caustics instead, and photons that pass the points those of lights
+  /// that meet lights through specular bounces add caustics instead, and photons that pass the points those of lights
   /// without size (maps/air_light.h).
   bool on_surfaces = false;
   /// Whether a guide of gather rays learns from these points. The noise of a point then depends on the other points of

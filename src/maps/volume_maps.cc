@@ -36,20 +36,6 @@ std::vector<bool> choose_beams(const Scene& scene, const VolumePhotons& points, 
   return out;
 }
 
-/// Photons of these indices.
-template <class Batch>
-Batch chosen(const Batch& all, std::span<const std::uint32_t> indices) {
-  Batch out;
-  Batch::for_arrays([&](auto& to, const auto& from) { to = permuted(std::span(from), indices); }, out, all);
-  return out;
-}
-
-std::vector<float> chosen_values(const std::vector<float>& all, std::span<const std::uint32_t> indices) {
-  std::vector<float> out;
-  for (const std::uint32_t i : indices) out.push_back(all[i]);
-  return out;
-}
-
 /// The pieces of these beams.
 BeamPieces chosen_pieces(const BeamPieces& all, std::span<const std::uint32_t> beams) {
   BeamPieces out;
@@ -87,7 +73,7 @@ struct FewPhotons {
   }
 };
 
-/// Gives the channels of each photon random signs, and flux whose squares add up to those of all photons.
+/// Gives the channels of each photon random signs, and flux whose squares add up to the sum over all photons.
 void sign_at_random(std::uint32_t seed, const FewPhotons& few, LargeVector<RGB>& flux) {
   const float factor = std::sqrt(few.each);
   for (std::size_t i = 0; i < flux.size(); ++i) {
@@ -106,10 +92,10 @@ class VolumeMapsBuilder {
     const std::vector<float> radii = volume_photon_radii(photons.points, inputs.nearest);
     const std::vector<bool> beams_of = choose_beams(tracer.scene(), photons.points, radii);
     const auto points = of_media(photons.points.medium, [&](std::uint32_t m) { return !beams_of[m]; });
-    points_ = chosen(photons.points, points);
-    radii_ = chosen_values(radii, points);
+    points_ = photons.points.permuted(points);
+    radii_ = permuted(std::span(radii), points);
     correct_photons(tracer, radii_, inputs.radius_scale, points_);
-    beams_ = chosen(photons.beams, of_media(photons.beams.medium, [&](std::uint32_t m) { return beams_of[m]; }));
+    beams_ = photons.beams.permuted(of_media(photons.beams.medium, [&](std::uint32_t m) { return beams_of[m]; }));
     pieces_ = volume_beam_pieces(beams_, inputs.nearest);
     correct_pieces(tracer, beams_, beam_scale(), pieces_);
   }
@@ -124,12 +110,12 @@ class VolumeMapsBuilder {
 
   VolumeMaps signed_sample(Statistics& statistics) const {
     const FewPhotons of_points(points_.size()), of_beams(beams_.size());
-    VolumePhotons points = chosen(points_, of_points.indices);
-    VolumeBeams beams = chosen(beams_, of_beams.indices);
+    VolumePhotons points = points_.permuted(of_points.indices);
+    VolumeBeams beams = beams_.permuted(of_beams.indices);
     sign_at_random(inputs_.seed, of_points, points.flux);
     sign_at_random(inputs_.seed, of_beams, beams.flux);
     VolumeMaps out;
-    add_group(points, points.flux, chosen_values(radii_, of_points.indices), beams, beams.flux,
+    add_group(points, points.flux, permuted(std::span(radii_), of_points.indices), beams, beams.flux,
               chosen_pieces(pieces_, of_beams.indices), out, statistics);
     return out;
   }
@@ -158,7 +144,7 @@ class VolumeMapsBuilder {
 
   const IndexInputs& inputs_;
   VolumePhotons points_;
-  std::vector<float> radii_;
+  LargeVector<float> radii_;
   VolumeBeams beams_;
   BeamPieces pieces_;
 };

@@ -6,9 +6,9 @@
 
 #include "bsdf/bsdf.h"
 #include "core/frame.h"
-#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
+#include "points/batch.h"
 
 namespace glowworm {
 
@@ -62,9 +62,9 @@ class CameraTasks : public std::span<const CameraTask> {
   }
 };
 
-/// First hits of camera paths on surfaces with a broad lobe, after any chain of sharp bounces; at most one a slot.
+/// First hits of camera paths on surfaces with a broad lobe, after any chain of specular bounces; at most one a slot.
 /// Arrays of one length, index i one gather point.
-struct GatherPoints {
+struct GatherPoints : Batch<GatherPoints> {
   LargeVector<std::uint32_t> slot;      ///< camera sample of the task
   LargeVector<std::uint32_t> sequence;  ///< pixel number in the picture: selects its random numbers
   LargeVector<std::uint32_t> sample;    ///< camera sample number of the pixel
@@ -77,35 +77,19 @@ struct GatherPoints {
   LargeVector<RGB> throughput;     ///< of the camera path up to the point
   LargeVector<MediumSides> media;  ///< around the point; empty in scenes without media
 
-  std::size_t size() const { return slot.size(); }
-  /// Calls work(array of each...) for each of the arrays.
-  template <class Work, class... Points>
-  static void for_arrays(const Work& work, Points&... points) {
-    work(points.slot...);
-    work(points.sequence...);
-    work(points.sample...);
-    work(points.position...);
-    work(points.normal...);
-    work(points.offset...);
-    work(points.frame...);
-    work(points.wo...);
-    work(points.bsdf...);
-    work(points.throughput...);
-    work(points.media...);
+  template <class Any>
+  static auto arrays(Any& points) {
+    return std::tie(points.slot, points.sequence, points.sample, points.position, points.normal, points.offset,
+                    points.frame, points.wo, points.bsdf, points.throughput, points.media);
   }
-  /// Reserves memory for n points.
-  void reserve(std::size_t n);
-  /// Removes all points but keeps their memory.
-  void clear();
-  void append(const GatherPoints& other);
 };
 
 /// Light of a task, one entry a slot; W sr^-1 m^-2.
 struct SlotRadiance {
-  std::vector<RGB> emitted;       ///< seen directly or through sharp bounces
-  std::vector<RGB> direct;        ///< one broad bounce (or a rough sharp one) between light and viewer
+  std::vector<RGB> emitted;       ///< seen directly or through specular bounces
+  std::vector<RGB> direct;        ///< one broad bounce (or a rough specular one) between light and viewer
   std::vector<RGB> indirect;      ///< all that is gathered from surfaces
-  std::vector<RGB> caustic;       ///< light through sharp bounces only
+  std::vector<RGB> caustic;       ///< light through specular bounces only
   std::vector<RGB> medium;        ///< scattered or emitted by media between the viewer and the first broad bounce;
                                   ///< empty in scenes without media
   std::vector<RGB> fine_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them

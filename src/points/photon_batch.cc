@@ -8,10 +8,6 @@
 
 namespace glowworm {
 
-void PhotonBatch::append(const PhotonBatch& other) {
-  for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
-}
-
 PhotonBatch PhotonBatch::moved(std::span<const std::uint32_t> places) const {
   // First to the part of the result that has the place, then to the place: writes go to few pages at a time, which may
   // be of 2 MB.
@@ -28,12 +24,6 @@ PhotonBatch PhotonBatch::moved(std::span<const std::uint32_t> places) const {
   PhotonBatch out;
   for_arrays([&](auto& to, const auto& from) { to = glowworm::moved(glowworm::moved(from, coarse), fine); }, out,
              *this);
-  return out;
-}
-
-PhotonBatch PhotonBatch::permuted(std::span<const std::uint32_t> order) const {
-  PhotonBatch out;
-  for_arrays([&](auto& to, const auto& from) { to = glowworm::permuted(std::span(from), order); }, out, *this);
   return out;
 }
 

@@ -3,12 +3,8 @@
 namespace glowworm {
 
 void QueryPoints::clear() {
-  for_arrays([](auto& array) { array.clear(); }, *this);
+  Batch::clear();
   bsdfs.clear();
-}
-
-void QueryPoints::reserve(std::size_t n) {
-  for_arrays([n](auto& array) { array.reserve(n); }, *this);
 }
 
 void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint32_t target) {
@@ -19,9 +15,8 @@ void QueryPoints::push_back(Vec3 p, Vec3 n, const QueryBsdf& b, RGB w, std::uint
 
 void QueryPoints::append(const QueryPoints& other) {
   const auto offset = static_cast<std::uint32_t>(bsdfs.size());
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-  for_arrays(append, *this, other);
-  append(bsdfs, other.bsdfs);
+  Batch::append(other);
+  bsdfs.insert(bsdfs.end(), other.bsdfs.begin(), other.bsdfs.end());
   if (!other.bsdfs.empty() && offset > 0)
     for (std::size_t i = size() - other.size(); i < size(); ++i)
       if (bsdf[i] != kLambertianQuery) bsdf[i] += offset;

@@ -1,51 +1,28 @@
 // Photons in participating media, in structure-of-arrays form: points where they scatter, and beams between these.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 
-#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
+#include "points/batch.h"
 
 namespace glowworm {
 
 /// Photons that scatter in a medium. Index i is one photon. Radiance along a segment is the sum of K2 T p flux, with a
 /// kernel K2 (m^-2), the transmittance T to the photon and the phase function p (sr^-1): Jarosz, Zwicker and Jensen,
 /// "The Beam Radiance Estimate for Volumetric Photon Mapping", 2008.
-struct VolumePhotons {
+struct VolumePhotons : Batch<VolumePhotons> {
   LargeVector<Vec3> position;         ///< metres
   LargeVector<Vec3> direction;        ///< unit, of travel before the photon scatters
   LargeVector<RGB> flux;              ///< W, that is scattered: of the photon that arrives, times sigma_s / sigma_t
   LargeVector<std::uint32_t> medium;  ///< index; photons count only in segments of the same medium
   LargeVector<std::uint32_t> source;  ///< light source, counted as in Scene::light_power()
 
-  std::size_t size() const { return position.size(); }
-  /// Calls work(array of each batch...) for each of the arrays.
-  template <class Work, class... Batches>
-  static void for_arrays(const Work& work, Batches&... batches) {
-    work(batches.position...);
-    work(batches.direction...);
-    work(batches.flux...);
-    work(batches.medium...);
-    work(batches.source...);
+  template <class Any>
+  static auto arrays(Any& batch) {
+    return std::tie(batch.position, batch.direction, batch.flux, batch.medium, batch.source);
   }
-  void resize(std::size_t n) {
-    for_arrays([n](auto& array) { array.resize(n); }, *this);
-  }
-  void reserve(std::size_t n) {
-    for_arrays([n](auto& array) { array.reserve(n); }, *this);
-  }
-  void clear() { resize(0); }
-  void push_back(Vec3 p, Vec3 d, RGB f, std::uint32_t m, std::uint32_t s) {
-    position.push_back(p);
-    direction.push_back(d);
-    flux.push_back(f);
-    medium.push_back(m);
-    source.push_back(s);
-  }
-  void append(const VolumePhotons& other) {
-    for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
-  }
+  void push_back(Vec3 p, Vec3 d, RGB f, std::uint32_t m, std::uint32_t s) { add(p, d, f, m, s); }
 };
 
 /// Short photon beams: straight parts of photons' paths, from where a photon enters a medium or scatters to where it
@@ -54,7 +31,7 @@ struct VolumePhotons {
 /// absorbs some colours more than others, a path whose flux changes on its way takes several beams, one behind the
 /// other. Radiance along a segment is the sum of K1 / sin(theta) T sigma_s p flux: Jarosz, Nowrouzezahrai, Sadeghi and
 /// Jensen, "A Comprehensive Theory of Volumetric Radiance Estimation", 2011.
-struct VolumeBeams {
+struct VolumeBeams : Batch<VolumeBeams> {
   LargeVector<Vec3> origin;           ///< metres
   LargeVector<Vec3> direction;        ///< unit, of travel
   LargeVector<float> length;          ///< metres, finite
@@ -62,35 +39,11 @@ struct VolumeBeams {
   LargeVector<std::uint32_t> medium;  ///< index; beams count only in segments of the same medium
   LargeVector<std::uint32_t> source;  ///< light source, counted as in Scene::light_power()
 
-  std::size_t size() const { return origin.size(); }
-  /// Calls work(array of each batch...) for each of the arrays.
-  template <class Work, class... Batches>
-  static void for_arrays(const Work& work, Batches&... batches) {
-    work(batches.origin...);
-    work(batches.direction...);
-    work(batches.length...);
-    work(batches.flux...);
-    work(batches.medium...);
-    work(batches.source...);
+  template <class Any>
+  static auto arrays(Any& batch) {
+    return std::tie(batch.origin, batch.direction, batch.length, batch.flux, batch.medium, batch.source);
   }
-  void resize(std::size_t n) {
-    for_arrays([n](auto& array) { array.resize(n); }, *this);
-  }
-  void reserve(std::size_t n) {
-    for_arrays([n](auto& array) { array.reserve(n); }, *this);
-  }
-  void clear() { resize(0); }
-  void push_back(Vec3 o, Vec3 d, float l, RGB f, std::uint32_t m, std::uint32_t s) {
-    origin.push_back(o);
-    direction.push_back(d);
-    length.push_back(l);
-    flux.push_back(f);
-    medium.push_back(m);
-    source.push_back(s);
-  }
-  void append(const VolumeBeams& other) {
-    for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
-  }
+  void push_back(Vec3 o, Vec3 d, float l, RGB f, std::uint32_t m, std::uint32_t s) { add(o, d, l, f, m, s); }
 };
 
 }  // namespace glowworm

@@ -1,12 +1,11 @@
 // Segments of camera and gather rays in participating media: where maps of volume photons are looked up, as query
 // points are for maps on surfaces.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 
-#include "core/large_array.h"
 #include "core/rgb.h"
 #include "core/vec.h"
+#include "points/batch.h"
 
 namespace glowworm {
 
@@ -21,7 +20,7 @@ struct SegmentMedium {
 
 /// Segments whose in-scattered radiance is estimated. Arrays of one length, index i one segment. Completion reads
 /// `weight` and `target`; the map reads the others.
-struct VolumeSegments {
+struct VolumeSegments : Batch<VolumeSegments> {
   LargeVector<Vec3> origin;           ///< metres
   LargeVector<Vec3> direction;        ///< unit, away from the viewer
   LargeVector<float> length;          ///< metres; may be infinite
@@ -29,35 +28,11 @@ struct VolumeSegments {
   LargeVector<RGB> weight;            ///< throughput from the origin to the target
   LargeVector<std::uint32_t> target;  ///< slot, or any other target index
 
-  std::size_t size() const { return origin.size(); }
-  /// Calls work(array of each...) for each of the arrays.
-  template <class Work, class... Batches>
-  static void for_arrays(const Work& work, Batches&... batches) {
-    work(batches.origin...);
-    work(batches.direction...);
-    work(batches.length...);
-    work(batches.medium...);
-    work(batches.weight...);
-    work(batches.target...);
+  template <class Any>
+  static auto arrays(Any& batch) {
+    return std::tie(batch.origin, batch.direction, batch.length, batch.medium, batch.weight, batch.target);
   }
-  void reserve(std::size_t n) {
-    for_arrays([n](auto& array) { array.reserve(n); }, *this);
-  }
-  /// Removes all segments but keeps their memory.
-  void clear() {
-    for_arrays([](auto& array) { array.clear(); }, *this);
-  }
-  void push_back(Vec3 o, Vec3 d, float l, const SegmentMedium& m, RGB w, std::uint32_t t) {
-    origin.push_back(o);
-    direction.push_back(d);
-    length.push_back(l);
-    medium.push_back(m);
-    weight.push_back(w);
-    target.push_back(t);
-  }
-  void append(const VolumeSegments& other) {
-    for_arrays([](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); }, *this, other);
-  }
+  void push_back(Vec3 o, Vec3 d, float l, const SegmentMedium& m, RGB w, std::uint32_t t) { add(o, d, l, m, w, t); }
 };
 
 }  // namespace glowworm

@@ -28,16 +28,8 @@ void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint
 
 void add_gather_point(GatherPoints& points, const Vertex& vertex, RGB throughput, std::uint32_t slot,
                       std::uint32_t sequence, std::uint32_t sample, bool in_media) {
-  points.slot.push_back(slot);
-  points.sequence.push_back(sequence);
-  points.sample.push_back(sample);
-  points.position.push_back(vertex.point.position);
-  points.normal.push_back(vertex.normal());
-  points.offset.push_back(vertex.point.offset);
-  points.frame.push_back(vertex.point.frame);
-  points.wo.push_back(vertex.wo);
-  points.bsdf.push_back(vertex.bsdf);
-  points.throughput.push_back(throughput);
+  points.add(slot, sequence, sample, vertex.point.position, vertex.normal(), vertex.point.offset, vertex.point.frame,
+             vertex.wo, vertex.bsdf, throughput);
   if (in_media) points.media.push_back(vertex.media);
 }
 
