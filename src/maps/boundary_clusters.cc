@@ -13,7 +13,7 @@ namespace {
 
 /// Photons of a leaf of the tree: with the default k, a cluster is about as wide as a photon's disc.
 constexpr std::uint32_t kLeafSize = 48;
-/// Normals of a cluster's photons have a dot product above this with that of its first.
+/// Normals of a cluster's photons have a dot product above this with its first photon's normal.
 constexpr float kLikeNormal = 0.9f;
 /// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
 constexpr float kClusterFlatness = 1e-4f;

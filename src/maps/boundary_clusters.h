@@ -20,7 +20,7 @@ struct BoundaryCluster {
   Vec3 normal;              ///< mean of theirs, unit
   float reach = 0;          ///< radius of the disc around `center` that holds all discs of the photons, metres
   float low = 0, high = 0;  ///< ends of the balls of the photons along `normal`, from `center`, metres
-  float wideness = 1;       ///< area of that disc over that of a photon's
+  float wideness = 1;       ///< area of that disc over the area of a photon's disc
   float flatness = 0;  ///< largest distance of a place from the plane of `center` that counts as in the plane, metres
   float step = 0;      ///< share of a line from `high` to `low` in which rounding may hit a surface again
   bool flat = false;   ///< all photons lie in the plane of `center` and have its normal

@@ -18,7 +18,7 @@ constexpr std::uint32_t kRaysEach = 16;
 constexpr double kMaxRays = 1 << 19;
 /// Rays from a PointGrid at least: there may be few points, with many samples each.
 constexpr double kMinRaysFromPoints = 1 << 16;
-/// Rays of the pilot pass, as a share of those of a sample of all pixels.
+/// Rays of the pilot pass, as a share of one sample's rays in all pixels.
 constexpr double kShare = 0.5;
 /// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
 /// find more photons, so a sample takes about a tenth longer.
@@ -98,7 +98,7 @@ class Pilot {
     }
   }
 
-  /// @param count points in all, which repeat those of the grid or leave some out
+  /// @param count points in all, which repeat points of the grid or leave some out
   void look_from(const PointGrid& grid, std::size_t count) {
     const std::size_t cells = grid.normal.size();
     for (std::size_t i = 0; i < count; ++i) {

@@ -51,7 +51,7 @@ struct PhotonSource {
 
 /// The photons of a map.
 struct PhotonInputs : PhotonSource {
-  std::uint32_t pass = 0;
+  std::uint32_t pass = 0;            ///< selects the photons
   std::uint32_t nearest_in_air = 0;  ///< AirLight::nearest; 0 without points in air
   std::uint64_t caustic_paths = 0;   ///< emitted for the caustic map alone; all bits set: as many as make a difference
 
@@ -60,16 +60,16 @@ struct PhotonInputs : PhotonSource {
 
 /// Their radii.
 struct RadiusInputs : PhotonInputs {
-  std::uint32_t nearest = 0;  ///< photons in an estimate
-  bool fixed_radius = false;  ///< one radius for all photons
-  float radius = 0;           ///< that radius, metres; 0: fixed_radius() of the photons
+  std::uint32_t nearest = 50;  ///< k: target number of photons in an estimate
+  bool fixed_radius = false;   ///< one radius for all photons
+  float radius = 0;            ///< that radius, metres; 0: fixed_radius() of the photons
 
   bool operator==(const RadiusInputs&) const = default;
 };
 
 /// The radii of their kernels.
 struct ReachInputs : RadiusInputs {
-  float radius_scale = 1;
+  float radius_scale = 1;  ///< factor on the radii
 
   bool operator==(const ReachInputs&) const = default;
 };
@@ -85,8 +85,8 @@ struct KernelInputs : ReachInputs {
 
 /// The engines over them.
 struct IndexInputs : KernelInputs {
-  std::string engine;
-  std::uint32_t reorder = 0;
+  std::string engine = kAutomaticEngine;
+  std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
 
   bool operator==(const IndexInputs&) const = default;
 };

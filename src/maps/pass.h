@@ -36,7 +36,7 @@ struct PassSettings {
   bool fine = false;                                    ///< of camera views: CameraPassSettings::fine
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
-  /// Fill PassResult::global_points and caustic_points, and find no light but that of PhotonMaps::signed_media().
+  /// Fill PassResult::global_points and caustic_points, and find no light but PhotonMaps::signed_media().
   bool query_points_alone = false;
   bool patches = true;                                 ///< send some gather rays to bright patches
   const GatherGuide* guide = nullptr;                  ///< of gather rays; null: none

@@ -88,9 +88,7 @@ void PhotonMaps::forget() {
 }
 
 PhotonInputs PhotonMaps::photon_inputs(const IndexedMap& map) const {
-  PhotonInputs inputs;
-  static_cast<PhotonSource&>(inputs) = settings_;
-  inputs.pass = settings_.pass;
+  PhotonInputs inputs = settings_;
   if (settings_.in_air) inputs.nearest_in_air = caustic_estimate(settings_.nearest, 1);
   inputs.caustic_paths = &map == &caustic_ ? caustic_paths_ : 0;
   return inputs;
@@ -98,17 +96,12 @@ PhotonInputs PhotonMaps::photon_inputs(const IndexedMap& map) const {
 
 IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
   const bool is_caustic = &map == &caustic_;
-  IndexInputs inputs;
+  IndexInputs inputs = settings_;
   static_cast<PhotonInputs&>(inputs) = photon_inputs(map);
   inputs.nearest = std::max<std::uint32_t>(1, is_caustic ? caustic_nearest() : settings_.nearest);
-  inputs.fixed_radius = settings_.fixed_radius;
-  if (settings_.fixed_radius) inputs.radius = is_caustic ? settings_.caustic_radius : settings_.radius;
-  inputs.radius_scale = settings_.radius_scale;
-  inputs.kernel = settings_.kernel;
-  inputs.takes_nearest = engine_traits(settings_.engine).takes_nearest;
-  inputs.engine = settings_.engine;
-  inputs.reorder = settings_.reorder;
-  inputs.correction = settings_.correction;
+  if (is_caustic) inputs.radius = settings_.caustic_radius;
+  if (!inputs.fixed_radius) inputs.radius = 0;
+  inputs.takes_nearest = engine_traits(inputs.engine).takes_nearest;
   // A moving view makes no correction, but one that is made stays.
   const KernelInputs* made = map.inputs();
   if (inputs.correction != BoundaryCorrection::none || !made) return inputs;
@@ -132,7 +125,7 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
   air_.kernel = settings_.kernel;
   air_.radius_scale = settings_.radius_scale;
   if (is_done()) return;
-  // Photons of more paths would replace those of fewer, which have changed the flux of the others.
+  // Photons of more paths would replace photons of fewer paths, which have changed the flux of the others.
   const bool has_too_few = caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths();
   if (has_too_few || !global_.has_photons(photon_inputs(global_)) || !caustic_.has_photons(photon_inputs(caustic_)))
     trace(tracer, statistics);

@@ -21,21 +21,12 @@
 namespace glowworm {
 
 /// Which maps to make. The lights are not part of it: call PhotonMaps::forget() when they change.
-struct PhotonMapSettings : PhotonSource {
-  std::uint32_t pass = 0;      ///< selects the photons
-  std::uint32_t nearest = 50;  ///< k: target number of photons in an estimate
-  std::string engine = kAutomaticEngine;
-  std::uint32_t reorder = 0;  ///< engine forward: points of an octree cell that is not divided; 0: automatic
-  KernelShape kernel = KernelShape::epanechnikov;
-  bool fixed_radius = false;  ///< one radius for all photons in place of one for each
-  float radius = 0;           ///< that radius in the global map, metres; 0: fixed_radius() of its photons
-  float caustic_radius = 0;   ///< the same for the caustic map
-  float radius_scale = 1;     ///< factor on the radii
+struct PhotonMapSettings : IndexInputs {  // of the global map
+  float caustic_radius = 0;               ///< as `radius`, of the caustic map
   /// Decides which photons count as used; null: all.
   std::shared_ptr<const PhotonDemand> demand;
 
-  // Steps that a moving view may leave out. Finished steps stay.
-  BoundaryCorrection correction = BoundaryCorrection::none;
+  // Steps that a moving view may leave out, beside the correction. Finished steps stay.
   bool secondary_gather = false;  ///< make PhotonMaps::radii()
   bool patches = false;           ///< make PhotonMaps::bright_patches()
   /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.

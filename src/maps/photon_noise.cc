@@ -44,7 +44,7 @@ std::vector<CameraTask> pixels_of(const std::vector<CameraTask>& squares, std::s
   return out;
 }
 
-/// For each channel that has light, the square of each square's level, and 0.01 times that of all.
+/// For each channel that has light, the square of each square's level, and 0.01 times the square of the overall level.
 std::vector<RGB> squared_levels(const std::vector<RGB>& light) {
   std::vector<RGB> levels(light.size() / kLevelPixels, RGB(0.0f));
   RGB all(0.0f);
