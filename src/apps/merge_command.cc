@@ -14,7 +14,6 @@
 #include "core/disk_memory.h"
 #include "core/log.h"
 #include "core/memory_budget.h"
-#include "core/small_arrays.h"
 #include "film/output.h"
 #include "film/part.h"
 #include "settings/settings.h"
@@ -112,8 +111,7 @@ int run_merge(MergeOptions& o) {
   const std::uint64_t film_bytes = merge_bytes(all), shown_bytes = shows ? image_bytes(all.picture.settings) : 0;
   const std::unique_ptr<DiskMemory> disk =
       DiskMemory::for_arrays(o.table.settings.disk, film_bytes + shown_bytes, budget.limit());
-  const DiskMemory::Scope scope(disk.get());
-  const SmallArraysOnDisk small;
+  const DiskMemory::Scope scope(disk.get(), DiskMemory::kLeastOfChannels);
   const Reservation film_memory(budget, "film", disk ? 0 : film_bytes);
   const Reservation image_memory(budget, "image", disk ? 0 : shown_bytes);
   Film film = film_for(all);
@@ -139,11 +137,9 @@ void add_merge_command(CLI::App& program, const std::string& command_line, int& 
   options->command_line = command_line;
   CLI::App* c = program.add_subcommand("merge", "Makes a picture of parts (glowworm render --part).");
   c->add_option("parts", options->parts, "Parts of one render, in any order")->required()->option_text("PART...");
-  c->add_option("-o,--output", options->names,
-                "Image to write: .exr, .hdr or .png, or .part for a part; several may be given")
-      ->required()
-      ->allow_extra_args(false)
-      ->option_text("FILE");
+  add_list(*c, "Options", "-o,--output", options->names, "FILE",
+           "Image to write: .exr, .hdr or .png, or .part for a part; several may be given")
+      ->required();
   add_picture_options(*c, "Options", options->picture);
   c->add_flag("--mixed", options->mixed, "Take parts that were rendered with other instruction sets");
   add_table_options(*c, "Machine", Command::merge, options->table);

@@ -13,7 +13,6 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
-#include "core/small_arrays.h"
 #include "core/text.h"
 #include "film/checkpoint.h"
 #include "film/output.h"
@@ -42,8 +41,7 @@ Image image_of(const RenderOptions& o, const Film& film, const Job& job) {
 /// Writes the image to every -o. Returns its estimated relative error, or "" if unknown.
 /// @param said print messages
 std::string write_images(const RenderOptions& o, const Job& job, OutputFiles& files, bool said) {
-  const DiskMemory::Scope scope(job.disk());
-  const SmallArraysOnDisk small;
+  const DiskMemory::Scope scope(job.disk(), DiskMemory::kLeastOfChannels);
   const auto with_film = [&](const auto& use) { return job.done() ? use(job.film()) : use(job.snapshot()); };
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
@@ -157,15 +155,15 @@ void name_outputs(RenderOptions& o, const FilmRequest& film) {
 
 void add_inputs(const RenderOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
-  if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
-  if (!o.sequence.script.empty()) files.add_input("--script", o.sequence.script);
-  if (!o.picture.color.request.config.empty()) files.add_input("--ocio", o.picture.color.request.config);
+  files.add_input("--environment", o.changes.changes.environment_file);
+  files.add_input("--script", o.sequence.script);
+  files.add_input("--ocio", o.picture.color.request.config);
 }
 
 void prepare_outputs(const RenderOptions& o, OutputFiles& files) {
   for (const Output& output : o.outputs) files.add("-o", output.path);
-  if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
-  if (!o.resume.empty()) files.add("--resume", o.resume);
+  files.add("--stats", o.report.statistics);
+  files.add("--resume", o.resume);
   // Probing or reading a pipe would block forever.
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
   bool any = false;

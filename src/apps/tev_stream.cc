@@ -4,7 +4,6 @@
 
 #include "control/job_report.h"
 #include "core/log.h"
-#include "core/small_arrays.h"
 #include "film/output.h"
 
 namespace glowworm {
@@ -17,8 +16,7 @@ void TevStream::show(const Job& job) {
   if (!connection_ || job.progress() == shown_progress_) return;
   shown_progress_ = job.progress();
   if (shown_progress_ == 0) return;
-  const DiskMemory::Scope scope(job.disk());
-  const SmallArraysOnDisk small;
+  const DiskMemory::Scope scope(job.disk(), DiskMemory::kLeastOfChannels);
   try {
     connection_->show(job.scene().name(), make_image(job.snapshot(), job));
   } catch (const std::exception& error) {

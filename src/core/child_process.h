@@ -23,7 +23,7 @@ class ChildProcess {
  public:
   /// Starts a program. Its standard streams are closed (/dev/null); kChildDescriptor (core/confine.h) is a copy of
   /// `descriptor`. Throws Error if it cannot be started.
-  /// @param variable of its environment, "NAME=VALUE", beside those of this process; may be empty
+  /// @param variable of its environment, "NAME=VALUE", beside this process's own; may be empty
   ChildProcess(const std::string& program, std::vector<std::string> arguments, const Descriptor& descriptor,
                std::string variable = {});
   ~ChildProcess();

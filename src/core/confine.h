@@ -15,7 +15,7 @@ enum class ChildExit : int {
   misused = 3         ///< wrong arguments or requests
 };
 
-/// Ends this process at once. No destructors run: those of a library that met a damaged file may crash.
+/// Ends this process at once. No destructors run: after a damaged file, a library's destructors may crash.
 [[noreturn]] void end_child(ChildExit status);
 
 /// Ignores Ctrl-C, which the parent handles; closes all descriptors but kChildDescriptor and standard streams; and

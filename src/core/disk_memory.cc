@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -16,7 +17,6 @@
 
 #include "core/error.h"
 #include "core/memory_budget.h"
-#include "core/small_arrays.h"
 #include "core/unnamed_file.h"
 
 namespace glowworm {
@@ -26,10 +26,8 @@ namespace {
 /// Interval at which pages are counted. In this time threads may touch some 5 MB of new pages. A count takes some 5 us.
 constexpr std::chrono::microseconds kInterval{500};
 
-/// Bytes of the smallest array that lies on disk, usually and with SmallArraysOnDisk.
-constexpr std::size_t kLeastBytes = std::size_t{1} << 20, kLeastOfSmall = std::size_t{1} << 15;
 thread_local bool uses_disk = false;
-thread_local std::size_t least_on_disk = kLeastBytes;
+thread_local std::size_t least_on_disk = DiskMemory::kLeastBytes;
 std::atomic<bool> available{false};
 
 /// Numbers of mapped bytes above which pages leave memory, of all that live.
@@ -131,11 +129,14 @@ std::unique_ptr<DiskMemory> DiskMemory::for_arrays(DiskUse use, std::uint64_t by
 
 void make_disk_memory_available() { available = true; }
 
-DiskMemory::Scope::Scope(const DiskMemory* memory) : before_(uses_disk) { uses_disk = uses_disk || memory; }
-DiskMemory::Scope::~Scope() { uses_disk = before_; }
-
-SmallArraysOnDisk::SmallArraysOnDisk() : before_(least_on_disk) { least_on_disk = kLeastOfSmall; }
-SmallArraysOnDisk::~SmallArraysOnDisk() { least_on_disk = before_; }
+DiskMemory::Scope::Scope(const DiskMemory* memory, std::size_t least) : used_(uses_disk), least_(least_on_disk) {
+  uses_disk = uses_disk || memory;
+  least_on_disk = std::min(least_on_disk, least);
+}
+DiskMemory::Scope::~Scope() {
+  uses_disk = used_;
+  least_on_disk = least_;
+}
 
 void* allocate_on_disk(std::size_t bytes) {
   if (!uses_disk || bytes < least_on_disk) return nullptr;

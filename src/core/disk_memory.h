@@ -35,18 +35,22 @@ class DiskMemory {
   /// if they do not fit on the disk either.
   static std::unique_ptr<DiskMemory> for_arrays(DiskUse use, std::uint64_t bytes, std::uint64_t memory);
 
-  /// While this object lives, arrays that its thread allocates, and that are not small, lie on disk. They may outlive
+  /// Bytes of the smallest array that lies on disk: usually, and for the channels of a picture, which may be many.
+  static constexpr std::size_t kLeastBytes = std::size_t{1} << 20, kLeastOfChannels = std::size_t{1} << 15;
+
+  /// While this object lives, arrays of at least so many bytes that its thread allocates lie on disk. They may outlive
   /// the Scope and the DiskMemory.
   class Scope {
    public:
     /// @param memory null: no effect
-    explicit Scope(const DiskMemory* memory);
+    explicit Scope(const DiskMemory* memory, std::size_t least = kLeastBytes);
     ~Scope();
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
 
    private:
-    bool before_;
+    bool used_;
+    std::size_t least_;
   };
 
  private:

@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// Processes that do the same work. Each makes some pieces of it and takes those of the others.
+/// Processes that do the same work. Each makes some pieces of it and takes the other pieces from the others.
 class SharedWork {
  public:
   using Make = std::function<std::vector<std::byte>(std::size_t piece)>;

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 
+#include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/content_hash.h"
 #include "core/error.h"
@@ -16,15 +17,19 @@ namespace {
 
 constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '9'};
 
-/// Writes bytes and computes their fingerprint.
+/// Writes values (core/archive.h) and their fingerprint.
 class Writer {
  public:
+  static constexpr bool kReads = false;
   explicit Writer(const std::string& path) : file_(path) { file_.write(kCheckpointMagic, sizeof kCheckpointMagic); }
-  void put(const void* data, std::size_t size) {
+  void bytes(const void* data, std::size_t size) {
     file_.write(data, size);
     fingerprint_.add_bytes(data, size);
   }
-  void put_count(std::uint64_t count) { put(&count, sizeof count); }
+  std::size_t count(std::uint64_t size, std::size_t) {
+    bytes(&size, sizeof size);
+    return size;
+  }
   void commit() {
     const std::uint64_t sum = fingerprint_.value();
     file_.write(&sum, sizeof sum);
@@ -36,31 +41,33 @@ class Writer {
   ContentHash fingerprint_;
 };
 
-/// Reads the output of Writer; detects files that are too short or of another kind.
+/// Reads the output of Writer. Throws InvalidArchive for files that are too short or of another kind.
 class Reader {
  public:
-  explicit Reader(std::ifstream& file, std::uint64_t size) : file_(file), left_(size) {}
-  bool take(void* to, std::uint64_t size) {
-    if (size > left_) return false;
-    left_ -= size;
-    if (!file_.read(static_cast<char*>(to), static_cast<std::streamsize>(size))) return false;
-    fingerprint_.add_bytes(to, size);
-    return true;
-  }
-  bool take_magic() {
+  static constexpr bool kReads = true;
+  Reader(std::ifstream& file, std::uint64_t size) : file_(file), left_(size) {
     char magic[sizeof kCheckpointMagic];
-    const bool good = take(magic, sizeof magic) && std::memcmp(magic, kCheckpointMagic, sizeof magic) == 0;
+    bytes(magic, sizeof magic);
+    if (std::memcmp(magic, kCheckpointMagic, sizeof magic) != 0) fail_transfer("it is of another kind");
     fingerprint_ = ContentHash();
-    return good;
   }
-  /// Reads a number of items of that size; false if the file cannot hold them.
-  bool take_count(std::uint64_t& count, std::uint64_t item) {
-    return take(&count, sizeof count) && count <= left_ / item;
+  void bytes(void* to, std::uint64_t size) {
+    if (size > left_ || !file_.read(static_cast<char*>(to), static_cast<std::streamsize>(size)))
+      fail_transfer("it ends too early");
+    left_ -= size;
+    fingerprint_.add_bytes(to, size);
   }
-  bool ends_with_fingerprint() {
+  std::size_t count(std::size_t, std::size_t bytes_each) {
+    std::uint64_t size = 0;
+    bytes(&size, sizeof size);
+    if (size > left_ / bytes_each) fail_transfer("it holds less than it says");
+    return size;
+  }
+  void finish() {
     const std::uint64_t expected = fingerprint_.value();
     std::uint64_t sum = 0;
-    return take(&sum, sizeof sum) && sum == expected && left_ == 0;
+    bytes(&sum, sizeof sum);
+    if (sum != expected || left_ > 0) fail_transfer("it is damaged");
   }
 
  private:
@@ -69,46 +76,22 @@ class Reader {
   ContentHash fingerprint_;
 };
 
-bool parse_begin(Reader& reader, Checkpoint& out) {
-  std::uint64_t key_size = 0;
-  if (!reader.take_magic() || !reader.take_count(key_size, 1)) return false;
-  out.key.resize(key_size);
-  return reader.take(out.key.data(), key_size) && reader.take(&out.passes, sizeof out.passes);
+template <typename Archive>
+void transfer_key(Archive& archive, Checkpoint& c) {
+  transfer_all(archive, c.key, c.passes);
 }
 
-bool parse(Reader& reader, Checkpoint& out) {
-  if (!parse_begin(reader, out)) return false;
-  for (auto* numbers : {&out.film, &out.round}) {
-    std::uint64_t size = 0;
-    if (!reader.take_count(size, sizeof(std::uint32_t))) return false;
-    numbers->resize(size);
-    if (!reader.take(numbers->data(), size * sizeof(std::uint32_t))) return false;
-  }
-  if (!reader.take(&out.photon_variance, sizeof out.photon_variance)) return false;
-  std::uint64_t above = 0;
-  if (!reader.take(&out.first_row, sizeof out.first_row) || !reader.take(&out.end_row, sizeof out.end_row))
-    return false;
-  if (!reader.take_count(above, sizeof(RGB))) return false;
-  out.above.resize(above);
-  return reader.take(out.above.data(), above * sizeof(RGB)) && reader.ends_with_fingerprint();
+template <typename Archive>
+void transfer(Archive& archive, Checkpoint& c) {
+  transfer_key(archive, c);
+  transfer_all(archive, c.film, c.round, c.photon_variance, c.first_row, c.end_row, c.above);
 }
 
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   Writer writer(path);
-  writer.put_count(checkpoint.key.size());
-  writer.put(checkpoint.key.data(), checkpoint.key.size());
-  writer.put(&checkpoint.passes, sizeof checkpoint.passes);
-  for (const auto* numbers : {&checkpoint.film, &checkpoint.round}) {
-    writer.put_count(numbers->size());
-    writer.put(numbers->data(), numbers->size() * sizeof(std::uint32_t));
-  }
-  writer.put(&checkpoint.photon_variance, sizeof checkpoint.photon_variance);
-  writer.put(&checkpoint.first_row, sizeof checkpoint.first_row);
-  writer.put(&checkpoint.end_row, sizeof checkpoint.end_row);
-  writer.put_count(checkpoint.above.size());
-  writer.put(checkpoint.above.data(), checkpoint.above.size() * sizeof(RGB));
+  transfer(writer, const_cast<Checkpoint&>(checkpoint));  // a writer does not change it
   writer.commit();
 }
 
@@ -123,23 +106,29 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use, 
   // The film takes as much beside it.
   const std::unique_ptr<DiskMemory> disk = DiskMemory::for_arrays(use, 2 * size, memory);
   const DiskMemory::Scope scope(disk.get());
-  Reader reader(file, size);
-  Checkpoint out;
-  if (!parse(reader, out))
+  try {
+    Reader reader(file, size);
+    Checkpoint out;
+    transfer(reader, out);
+    reader.finish();
+    return out;
+  } catch (const InvalidArchive&) {
     throw Error({path}, "this is not a whole checkpoint of this program",
                 "Remove the file, or leave --resume out, to start again.");
-  return out;
+  }
 }
 
-std::optional<Checkpoint> read_key_of_checkpoint(const std::string& path) {
+std::optional<Checkpoint> read_key_of_checkpoint(const std::string& path) try {
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   Reader reader(file, size);
   Checkpoint out;
-  if (!parse_begin(reader, out)) return std::nullopt;
+  transfer_key(reader, out);
   return out;
+} catch (const InvalidArchive&) {
+  return std::nullopt;
 }
 
 }  // namespace glowworm

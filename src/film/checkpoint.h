@@ -27,7 +27,7 @@ struct Checkpoint {
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
 
 /// Reads a checkpoint; nothing if there is no such file. Throws Error if the file is not a complete checkpoint.
-/// @param use    whether its arrays may lie on disk, as those of the film
+/// @param use    whether its arrays may lie on disk, like the film's
 /// @param memory bytes of the render
 std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use = DiskUse::never,
                                           std::uint64_t memory = 0);

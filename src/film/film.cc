@@ -194,7 +194,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
   const Vec3 n = first_hit.normal[slot];
   add(normal_[pixel], RGB(n.x, n.y, n.z));
   if (places_.fine) {
-    // A pass without surface samples gives those of its camera samples.
+    // A pass without surface samples gives the values of its camera samples.
     add(fine_albedo_[pixel], (first_hit.fine_albedo.empty() ? first_hit.albedo : first_hit.fine_albedo)[slot]);
     add(fine_emitted_[pixel], (radiance.fine_emitted.empty() ? radiance.emitted : radiance.fine_emitted)[slot]);
   }

@@ -22,8 +22,8 @@ struct FilmPicture {
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only);
 
 /// Filters direct and indirect light, divided by albedo, and light of media apart (filter/light_filter.h), filters
-/// edges (filter/edge_filter.h), and adds caustic light as it is: its noise is that of the photons, which samples
-/// share. Where the film keeps surface samples, their albedo and emission replace those of the samples.
+/// edges (filter/edge_filter.h), and adds caustic light as it is: its noise comes from the photons, which samples
+/// share. Where the film keeps surface samples, their albedo and emission replace the samples' own.
 /// @param film with moments (Film::has_moments())
 /// @param earlier frames whose light is used again; null: none
 FilmPicture filtered_picture(const Film& film, bool indirect_only, const EarlierFrames* earlier = nullptr);

@@ -29,7 +29,7 @@ struct BlockHeader {
 
 using Bytes16 [[gnu::vector_size(16)]] = unsigned char;
 
-/// Bytes of a and b in turn: those of their first halves, or of their second.
+/// Bytes of a and b in turn: of their first halves, or of their second.
 Bytes16 interleave_low(Bytes16 a, Bytes16 b) {
   return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
 }
