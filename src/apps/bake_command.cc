@@ -52,13 +52,13 @@ struct BakeOptions {
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
-  RenderSettings settings;  ///< those of the table, for this bake
+  RenderSettings settings;  ///< of the table, for this bake
 
   bool is_probes() const { return format == "probes"; }
   bool is_part() const { return lower_ending(output) == ".part"; }
 };
 
-/// Refuses options of textures for probes, and those of probes for textures.
+/// Refuses options of textures for probes, and options of probes for textures.
 void check_places(const BakeOptions& o) {
   if (o.is_probes() && !(o.spacing > 0))
     throw CommandLineError("--format probes needs a distance between probes", "Give --spacing, for example 0.5.");
@@ -111,15 +111,12 @@ std::string probes_picture(const BakeOptions& o) {
 void prepare_outputs(const BakeOptions& o, OutputFiles& files) {
   files.add_input("the scene", o.scene);
   files.add("-o", o.output);
-  if (!o.from.empty()) files.add_input("--from", o.from);
-  if (!o.atlas_picture.empty()) files.add("--atlas-picture", o.atlas_picture);
-  if (!o.resume.empty()) files.add("--resume", o.resume);
+  files.add_input("--from", o.from);
+  files.add("--atlas-picture", o.atlas_picture);
+  files.add("--resume", o.resume);
   if (!o.resume.empty() && std::filesystem::exists(o.resume)) check_input_file(o.resume);
-  const std::string picture = probes_picture(o);
-  if (!picture.empty()) files.add("--texture", picture);
-  for (const std::string& path : {o.output, o.atlas_picture, o.resume, picture})
-    if (!path.empty()) files.probe(path);
-  files.throw_if_any_failed();
+  files.add("--texture", probes_picture(o));
+  files.probe_all();
 }
 
 /// Writes the light of all texels as a picture: .exr linear, .png with the texture's scale.
@@ -339,11 +336,8 @@ int run_bake(BakeOptions& o) {
         "note: viewers add no direct light to --format {}; for indirect light alone, give --format lightmap or probes",
         o.format));
   if (o.is_part()) return bake_part(o, scene, tracer, places, files);
-  for (const std::string& name : texture_files(o, places.layout.atlas)) {
-    files.add("--texture", name);
-    files.probe(name);
-  }
-  files.throw_if_any_failed();
+  for (const std::string& name : texture_files(o, places.layout.atlas)) files.add("--texture", name);
+  files.probe_all();
   Baked baked = compute(o, scene, tracer, places, files);
   return finish(o, *scene, *tracer, std::move(baked), std::move(places), files);
 }

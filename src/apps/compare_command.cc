@@ -70,14 +70,13 @@ void cut_both(const CompareOptions& o, Image& image, Image& reference) {
   });
 }
 
-/// Checks before pictures are read that a file can be written.
+/// Adds a file that is written.
 void prepare_output(const std::string& option, const std::string& path, const std::string& ending, OutputFiles& files) {
   if (path.empty()) return;
   if (lower_ending(path) != ending)
     throw CommandLineError(fmt::format("'{}' does not end in {}", path, ending),
                            fmt::format("Give {} a name with this ending.", option));
   files.add(option, path);
-  files.probe(path);
 }
 
 int run_compare(const CompareOptions& o) {
@@ -86,7 +85,7 @@ int run_compare(const CompareOptions& o) {
   files.add_input("the reference", o.reference);
   prepare_output("-o", o.difference, ".png", files);
   prepare_output("--html", o.page, ".html", files);
-  files.throw_if_any_failed();
+  files.probe_all();
   const std::uint64_t memory = o.table.settings.memory_bytes;
   MemoryBudget budget(memory > 0 ? memory : default_memory_bytes(), "Give a larger --memory, or reduce the pictures.");
   Reservation held(budget, "pictures", 0);

@@ -81,19 +81,17 @@ void check_options(const DaylightOptions& o) {
 OutputFiles files_of(const DaylightOptions& o) {
   OutputFiles files;
   files.add_input("the scene", o.scene);
-  const auto inputs = {std::pair{"--epw", &o.weather}, std::pair{"--points", &o.sensors.points},
-                       std::pair{"--schedule", &o.schedule}, std::pair{"--shade-schedule", &o.shade_schedule},
-                       std::pair{"--sky-matrix", &o.sky_matrix}};
-  for (const auto& [option, name] : inputs)
-    if (!name->empty()) files.add_input(option, *name);
+  files.add_input("--epw", o.weather);
+  files.add_input("--points", o.sensors.points);
+  files.add_input("--schedule", o.schedule);
+  files.add_input("--shade-schedule", o.shade_schedule);
+  files.add_input("--sky-matrix", o.sky_matrix);
   for (const std::string& shade : o.shades) files.add_input("--shade", shade);
-  const auto outputs = {std::pair{"-o", &o.output}, std::pair{"--metrics", &o.metrics},
-                        std::pair{"--write-matrix", &o.write_matrix}, std::pair{"--write-sky", &o.write_sky}};
-  for (const auto& [option, name] : outputs)
-    if (!name->empty()) files.add(option, *name);
-  for (const auto& [option, name] : outputs)
-    if (!name->empty()) files.probe(*name);
-  files.throw_if_any_failed();
+  files.add("-o", o.output);
+  files.add("--metrics", o.metrics);
+  files.add("--write-matrix", o.write_matrix);
+  files.add("--write-sky", o.write_sky);
+  files.probe_all();
   return files;
 }
 
@@ -289,16 +287,10 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
   add_text(c, "Year", "--hours", o.hours, "FROM-TO", "Occupied hours of every day, standard time")
       ->option_text("FROM-TO [" + o.hours + "]");
   add_text(c, "Year", "--schedule", o.schedule, "FILE", "Occupied hours, in place of --hours: 0 or 1 a line");
-  c.add_option("--shade", o.shades, "The scene in another state of its shades")
-      ->allow_extra_args(false)
-      ->option_text("SCENE")
-      ->group("Year");
+  add_list(c, "Year", "--shade", o.shades, "SCENE", "The scene in another state of its shades");
   add_text(c, "Year", "--shade-schedule", o.shade_schedule, "FILE",
            "The state of each hour: 0, or N of the N-th --shade");
-  c.add_option("--box", o.boxes, "Rate the sensors in a box together (m)")
-      ->allow_extra_args(false)
-      ->option_text("NAME,X0,Y0,Z0,X1,Y1,Z1")
-      ->group("Year");
+  add_list(c, "Year", "--box", o.boxes, "NAME,X0,Y0,Z0,X1,Y1,Z1", "Rate the sensors in a box together (m)");
   c.add_option("--sky-patches", o.patches, "Patches of the sky: 145 (Tregenza) or 577 (Reinhart)")
       ->check(CLI::IsMember({145, 577}))
       ->take_last()

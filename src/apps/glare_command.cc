@@ -182,9 +182,7 @@ void finish(const GlareOptions& o, const std::string& text, OutputFiles& files) 
 void add_outputs(const GlareOptions& o, const std::vector<std::string>& pictures, OutputFiles& files) {
   files.add("-o", o.output);
   for (const std::string& name : pictures) files.add("--picture", name);
-  files.probe(o.output);
-  for (const std::string& name : pictures) files.probe(name);
-  files.throw_if_any_failed();
+  files.probe_all();
 }
 
 /// Rates a picture of a file.
@@ -329,10 +327,7 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
            "A circle in the picture that shows the task, by pixels from the lower left corner and radians across: "
            "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5");
   add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
-  c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
-      ->allow_extra_args(false)
-      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
-      ->group("Scene");
+  add_light_option(*c, "Scene", o->lights);
   add_scene_options(*c, o->changes);
   for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
   add_report_options(*c, false, o->report);

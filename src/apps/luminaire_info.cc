@@ -61,8 +61,7 @@ void print_luminaire(const LuminaireInfoOptions& o) {
     if (lower_ending(o.output) != ".png")
       throw CommandLineError(fmt::format("'{}' does not end in .png", o.output), "Polar curves are PNG files.");
     files.add("-o", o.output);
-    files.probe(o.output);
-    files.throw_if_any_failed();
+    files.probe_all();
   }
   const PhotometricFile file = read_photometric_file(o.path, o.lamps);
   const Photometry facts = photometry_of(file);

@@ -202,19 +202,15 @@ int run_measure(MeasureOptions& o) {
   const RenderSettings asked = asked_settings(o);
   OutputFiles files;
   files.add_input("the scene", o.scene);
-  if (!o.sensors.points.empty()) files.add_input("--points", o.sensors.points);
+  files.add_input("--points", o.sensors.points);
   for (const std::string& name : o.outputs) files.add("-o", name);
-  if (!o.page.empty()) files.add("--report", o.page);
-  if (!o.report.statistics.empty()) files.add("--stats", o.report.statistics);
-  for (const std::string& name : o.outputs) files.probe(name);
-  if (!o.page.empty()) files.probe(o.page);
-  if (!o.report.statistics.empty()) files.probe(o.report.statistics);
-  files.throw_if_any_failed();
+  files.add("--report", o.page);
+  files.add("--stats", o.report.statistics);
+  files.probe_all();
   const auto start = std::chrono::steady_clock::now();
-  ImportOptions import_options;
-  import_options.budget = loading_budget(asked.memory_bytes);
   std::string camera;
-  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
+  std::shared_ptr<const Scene> scene =
+      open_scene(o.scene, {loading_budget(asked.memory_bytes)}, o.changes.changes, &files);
   read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
   scene = lit_by_its_own(scene);
   tell_notes(*scene, o.scene);
@@ -295,12 +291,9 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   CLI::App* c = program.add_subcommand("measure", "Measures irradiance and illuminance at points.");
   add_scene_argument(*c, o->scene);
   add_sensor_options(*c, o->sensors);
-  c->add_option("-o,--output", o->outputs,
-                "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as "
-                ".html; - is CSV on standard output")
-      ->allow_extra_args(false)
-      ->option_text("FILE")
-      ->group("Sensors");
+  add_list(*c, "Sensors", "-o,--output", o->outputs, "FILE",
+           "File to write: a table as .csv, .json, .ply or .vtk, a plan in false colour as .png, or a report as .html; "
+           "- is CSV on standard output");
   add_text(*c, "Sensors", "--report", o->page, "FILE.html",
            "Report of the zones for A4: mean, minimum, uniformity, cylindrical illuminance, UGR, plans with isolines, "
            "luminaires, settings");
@@ -314,17 +307,11 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
               "Add the melanopic equivalent daylight illuminance (lx) and the five alpha-opic irradiances of CIE S 026 "
               "(W m^-2), by the spectrum of each light: exact where surfaces are grey")
       ->group("Sensors");
-  c->add_option("--spectrum", o->spectra,
-                "The spectrum of a light (as --light names it, or all), for --melanopic: A, D50, D55, D65, D75, E, F2, "
-                "F7, F11; a colour temperature (K); or a file of nm and power, .spd or .csv")
-      ->allow_extra_args(false)
-      ->option_text("LAMP=SPECTRUM [all=D65]")
-      ->group("Sensors");
+  add_list(*c, "Sensors", "--spectrum", o->spectra, "LAMP=SPECTRUM [all=D65]",
+           "The spectrum of a light (as --light names it, or all), for --melanopic: A, D50, D55, D65, D75, E, F2, F7, "
+           "F11; a colour temperature (K); or a file of nm and power, .spd or .csv");
   add_false_color_option(*c, "Sensors", "Scale of .png and .html from LOW to HIGH (lx)", o->scale);
-  c->add_option("--light", o->lights, "Change a light, or add a luminaire, as 'glowworm render' does")
-      ->allow_extra_args(false)
-      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
-      ->group("Scene");
+  add_light_option(*c, "Scene", o->lights);
   add_scene_options(*c, o->changes);
   for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
   add_report_options(*c, true, o->report);

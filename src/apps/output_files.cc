@@ -24,14 +24,16 @@ constexpr std::size_t kMaxNames = 8;
 }  // namespace
 
 void OutputFiles::add_input(const std::string& what, const std::string& path) {
-  const auto [other, added] = named_.emplace(output_identity(path), Named{what, false});
-  if (!added && other->second.written) refuse(what, path, other->second.what);
+  if (path.empty()) return;
+  const auto [other, added] = named_.emplace(output_identity(path), Named{what, ""});
+  if (!added && !other->second.path.empty()) refuse(what, path, other->second.what);
 }
 
 void OutputFiles::add(const std::string& what, const std::string& path) {
+  if (path.empty()) return;
   check(what, path);
   if (const std::string identity = output_identity(path); !identity.empty())
-    named_.emplace(identity, Named{what, true});
+    named_.emplace(identity, Named{what, path});
 }
 
 void OutputFiles::check(const std::string& what, const std::string& path) const {
@@ -50,6 +52,12 @@ bool OutputFiles::probe(const std::string& path) {
     return note_failure(path, failure.what());
   }
   return true;
+}
+
+void OutputFiles::probe_all() {
+  for (const auto& [identity, named] : named_)
+    if (!named.path.empty()) probe(named.path);
+  throw_if_any_failed();
 }
 
 bool OutputFiles::write(const std::string& path, const std::function<void()>& work) {

@@ -12,10 +12,10 @@ namespace glowworm {
 /// the end.
 class OutputFiles {
  public:
-  /// Adds an input file. Throws CommandLineError if it is also an output.
+  /// Adds an input file, unless `path` is empty. Throws CommandLineError if it is also an output.
   /// @param what the argument that names the file, for messages
   void add_input(const std::string& what, const std::string& path);
-  /// Adds an output file. Throws CommandLineError if it was already added.
+  /// Adds an output file, unless `path` is empty. Throws CommandLineError if it was already added.
   void add(const std::string& what, const std::string& path);
   /// Throws CommandLineError if `path` is one of the added files.
   void check(const std::string& what, const std::string& path) const;
@@ -23,6 +23,8 @@ class OutputFiles {
   /// Tests whether a file can be written, without leaving anything behind. Pipes and devices are not opened. Throws
   /// Error if the name or the permissions are wrong. Warns and returns false if the disk is full or broken.
   bool probe(const std::string& path);
+  /// Probes all output files. Throws Error that names those that cannot be written, if there are any.
+  void probe_all();
 
   /// Runs `work`, which writes the file. If it throws, returns false, and warns unless there was a warning for this
   /// file before.
@@ -36,7 +38,7 @@ class OutputFiles {
 
   struct Named {
     std::string what;  // the argument that names the file
-    bool written;
+    std::string path;  // of an output; empty: an input
   };
   std::map<std::string, Named> named_;     // by output_identity()
   std::set<std::string> warned_, failed_;  // paths

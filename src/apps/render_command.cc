@@ -269,7 +269,7 @@ std::vector<std::uint32_t> share_of(const std::vector<std::uint32_t>& frames, st
   return out;
 }
 
-/// The key of a picture with motion blur: that of its first slice of time, and the shutter.
+/// The key of a picture with motion blur: the key of its first slice of time, and the shutter.
 RenderKey key_of_slices(const RenderOptions& o, Sequence& sequence, FrameMoment first, RenderSettings settings) {
   sequence.set_moment(first, settings);
   settings.slice = {};
@@ -290,7 +290,7 @@ std::size_t slice_to_resume(const std::string& file, const std::vector<RenderSet
   return i;
 }
 
-/// Renders one frame, or one picture with motion blur: each slice of time adds its samples to those of the one before.
+/// Renders one frame, or one picture with motion blur: each slice of time adds its samples to the film.
 /// @param o of the frame @param shown the scene that `kept` is of, and then the last one
 /// @param purpose of the frame: picture or light
 int render_moments(RenderOptions o, Opened& shown, Sequence& sequence, std::uint32_t number, OutputFiles& files,
@@ -552,25 +552,18 @@ int run_render(RenderOptions& o) {
 }
 
 void add_picture_options(CLI::App& c, RenderOptions& o) {
-  c.add_option(
-       "-o,--output", o.names,
-       "Image to write: .exr or .hdr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- is "
-       "standard output; several -o may be given")
-      ->allow_extra_args(false)
-      ->option_text("FILE [the scene's, or out.exr]")
-      ->group("Picture");
+  add_list(c, "Picture", "-o,--output", o.names, "FILE [the scene's, or out.exr]",
+           "Image to write: .exr or .hdr (linear, W sr^-1 m^-2) or .png, or .part for 'glowworm merge'; exr:- or png:- "
+           "is standard output; several -o may be given");
   add_table_options(c, "Picture", Command::render, o.table);
   add_text(c, "Picture", "--view", o.view, "X,Y,Z,X,Y,Z,X,Y,Z",
            "Move the camera: nine numbers for eye, target and up; the lens does not change");
-  c.add_option(
-       "--light", o.lights,
-       "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
-       "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees. It "
-       "hangs with C0 along x, and tilts to its aim by the shortest way; types A and B stand level. ,scale=F and "
-       ",maintenance=F behind that are factors, ,lamps=NAME or =NUMBER chooses lamps, ,opening=off makes a point")
-      ->allow_extra_args(false)
-      ->option_text("NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]")
-      ->group("Picture");
+  add_light_option(
+      c, "Picture", o.lights,
+      "Change a light: off, scale=S, move=X:Y:Z (m), turn=X:Y:Z (axis times radians); or add a luminaire of a "
+      "photometric file (IES LM-63, EULUMDAT) at X,Y,Z that aims along DX,DY,DZ [0,-1,0], turned by TURN degrees. It "
+      "hangs with C0 along x, and tilts to its aim by the shortest way; types A and B stand level. ,scale=F and "
+      ",maintenance=F behind that are factors, ,lamps=NAME or =NUMBER chooses lamps, ,opening=off makes a point");
   add_text(c, "Picture", "--tev", o.tev, "HOST:PORT", "Show the unfinished image in a running tev");
   add_picture_options(c, "Picture", o.picture);
   add_sequence_options(c, "Sequence", o.sequence);

@@ -28,7 +28,7 @@ std::string list_of(const std::vector<std::size_t>& indices) {
   return fmt::format("{}{}", fmt::join(shown, ", "), more);
 }
 
-/// Refuses sensors of a file that are inside of objects, and leaves out those of a plane.
+/// Refuses sensors of a file that are inside of objects; leaves out sensors of a plane that are.
 void check_inside(const SensorOptions& o, Sensors& sensors, const Tracer& tracer) {
   if (o.on_surfaces()) return;
   const std::vector<std::uint32_t> around = objects_around(sensors, tracer);

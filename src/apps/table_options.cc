@@ -98,6 +98,17 @@ CLI::Option* add_text(CLI::App& command, const std::string& group, const std::st
   return command.add_option(name, value, meaning)->take_last()->option_text(values)->group(group);
 }
 
+CLI::Option* add_list(CLI::App& command, const std::string& group, const std::string& name,
+                      std::vector<std::string>& values, const std::string& placeholder, const std::string& meaning) {
+  return command.add_option(name, values, meaning)->allow_extra_args(false)->option_text(placeholder)->group(group);
+}
+
+void add_light_option(CLI::App& command, const std::string& group, std::vector<std::string>& lights,
+                      const std::string& meaning) {
+  add_list(command, group, "--light", lights, "NAME,CHANGE,...|FILE@X,Y,Z[,DX,DY,DZ[,TURN]][,CHANGE,...]",
+           meaning.empty() ? "Change a light, or add a luminaire, as 'glowworm render' does" : meaning);
+}
+
 void add_simd_option(CLI::App& command, const std::string& group, std::string& simd) {
   add_text(command, group, "--simd", simd, fmt::format("auto|{} [auto]", fmt::join(simd_names(), "|")),
            "Instruction set of the kernels");

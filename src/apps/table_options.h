@@ -37,6 +37,12 @@ void add_report_options(CLI::App& command, bool has_statistics, ReportOptions& o
 /// @param values placeholder in the help
 CLI::Option* add_text(CLI::App& command, const std::string& group, const std::string& name, std::string& value,
                       const std::string& values, const std::string& meaning);
+/// Adds an option whose every use adds a text to `values`.
+CLI::Option* add_list(CLI::App& command, const std::string& group, const std::string& name,
+                      std::vector<std::string>& values, const std::string& placeholder, const std::string& meaning);
+/// Adds --light. @param meaning "" refers to `glowworm render`
+void add_light_option(CLI::App& command, const std::string& group, std::vector<std::string>& lights,
+                      const std::string& meaning = "");
 /// Adds --simd.
 void add_simd_option(CLI::App& command, const std::string& group, std::string& simd);
 

@@ -95,9 +95,9 @@ void check_frames(const ViewOptions& o, const OutputFiles& files) {
 void prepare_outputs(const ViewOptions& o, const Script& script, OutputFiles& files) {
   const std::filesystem::path folder = o.out;
   files.add_input("the scene", o.scene);
-  if (const std::string& sky = o.changes.changes.environment_file; !sky.empty()) files.add_input("--environment", sky);
-  if (!o.script.empty()) files.add_input("--script", o.script);
-  if (!o.color.request.config.empty()) files.add_input("--ocio", o.color.request.config);
+  files.add_input("--environment", o.changes.changes.environment_file);
+  files.add_input("--script", o.script);
+  files.add_input("--ocio", o.color.request.config);
   for (const ScriptMove& move : script.moves)
     if (move.drop) files.add_input("the scene of a \"drop\"", *move.drop);
   files.add("frames.csv of --out,", folder / "frames.csv");
