@@ -170,15 +170,9 @@ SceneDescription builtin_ajar() {
   add_trim(mesh, palette);
   furnish(mesh, palette);
   add_lamp(scene, mesh);
-
-  const auto add_camera = [&](const char* name, Vec3 eye, Vec3 target, float degrees) {
-    scene.cameras.push_back(look_at(eye, target, {0, 1, 0}, degrees));
-    scene.cameras.back().name = name;
-  };
-  add_camera("main", {-2.1f, 1.55f, 2.0f}, {0.45f, 0.85f, -1.2f}, 56);
-  add_camera("table", {0.9f, 1.3f, 1.5f}, {-0.4f, 0.75f, -0.2f}, 40);
-  scene.film.width = 800;
-  scene.film.height = 600;
+  add_camera(scene, "main", {-2.1f, 1.55f, 2.0f}, {0.45f, 0.85f, -1.2f}, 56);
+  add_camera(scene, "table", {0.9f, 1.3f, 1.5f}, {-0.4f, 0.75f, -0.2f}, 40);
+  set_size(scene, 800, 600);
   return scene;
 }
 

@@ -138,16 +138,10 @@ SceneDescription make_atrium(const char* name, const Detail& detail) {
   const Vec3 to_sun = normalize(Vec3{-0.40f, 0.85f, -0.36f});
   scene.environment = clear_sky(to_sun, 2, 64);
   scene.lights.push_back(clear_sun(to_sun));
-
-  const auto add_camera = [&](const char* camera_name, Vec3 eye, Vec3 target, float degrees) {
-    scene.cameras.push_back(look_at(eye, target, {0, 1, 0}, degrees));
-    scene.cameras.back().name = camera_name;
-  };
-  add_camera("main", {-10.1f, 1.45f, -0.9f}, {4, 3.1f, 0.5f}, 58);
-  add_camera("gallery", {-13.0f, 1.6f, -6.2f}, {4, 1.9f, -5.4f}, 58);
-  add_camera("overview", {-24, 25, -11}, {-2.5f, 2.0f, -0.5f}, 48);
-  scene.film.width = 960;
-  scene.film.height = 540;
+  add_camera(scene, "main", {-10.1f, 1.45f, -0.9f}, {4, 3.1f, 0.5f}, 58);
+  add_camera(scene, "gallery", {-13.0f, 1.6f, -6.2f}, {4, 1.9f, -5.4f}, 58);
+  add_camera(scene, "overview", {-24, 25, -11}, {-2.5f, 2.0f, -0.5f}, 48);
+  set_size(scene, 960, 540);
   return scene;
 }
 

@@ -1,6 +1,8 @@
 #include "builtin/builtin.h"
 
+#include "builtin/mesh_builder.h"
 #include "builtin/scenes.h"
+#include "core/frame.h"
 #include "core/names.h"
 
 namespace glowworm {
@@ -38,12 +40,25 @@ SceneDescription builtin_scene(const std::string& name) {
   return kScenes[name_index("the built-in scene", name, builtin_scene_names())].make();
 }
 
+std::uint32_t add_material(SceneDescription& scene, const Material& material) {
+  scene.materials.push_back(material);
+  return static_cast<std::uint32_t>(scene.materials.size() - 1);
+}
+
+Material clear_glass() {
+  Material glass;
+  glass.name = "glass";
+  glass.kind = MaterialKind::dielectric;
+  glass.ior = 1.5f;
+  glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
+  return glass;
+}
+
 std::uint32_t add_diffuse(SceneDescription& scene, const char* name, RGB reflectance) {
   Material material;
   material.name = name;
   material.reflectance.value = reflectance;
-  scene.materials.push_back(material);
-  return static_cast<std::uint32_t>(scene.materials.size() - 1);
+  return add_material(scene, material);
 }
 
 std::uint32_t add_emission(SceneDescription& scene, const char* name, RGB radiance) {
@@ -52,6 +67,24 @@ std::uint32_t add_emission(SceneDescription& scene, const char* name, RGB radian
   emission.radiance.value = radiance;
   scene.emissions.push_back(emission);
   return static_cast<std::uint32_t>(scene.emissions.size() - 1);
+}
+
+void add_square_light(SceneDescription& scene, MeshBuilder& mesh, Vec3 center, Vec3 target, float side, RGB radiance) {
+  const std::uint32_t lamp = add_diffuse(scene, "lamp", RGB(0.5f));
+  mesh.set_material(lamp, add_emission(scene, "lamp", radiance));
+  const Frame frame = Frame::from_normal(normalize(target - center));
+  const Vec3 s = frame.s * (side / 2), t = frame.t * (side / 2);
+  mesh.quad(center - s - t, center + s - t, center + s + t, center - s + t);
+}
+
+void add_camera(SceneDescription& scene, const char* name, Vec3 eye, Vec3 target, float degrees) {
+  scene.cameras.push_back(look_at(eye, target, {0, 1, 0}, degrees));
+  scene.cameras.back().name = name;
+}
+
+void set_size(SceneDescription& scene, int width, int height) {
+  scene.film.width = width;
+  scene.film.height = height;
 }
 
 }  // namespace glowworm

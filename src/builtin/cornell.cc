@@ -72,7 +72,7 @@ SceneDescription builtin_cornell() {
   camera.to_world = {{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}, mm(278, 273, -800)};
   camera.half_extent = 0.5f * 25 / 35;  // film of 25 x 25 mm behind a lens of 35 mm
   scene.cameras.push_back(camera);
-  scene.film.width = scene.film.height = 512;
+  set_size(scene, 512, 512);
   return scene;
 }
 

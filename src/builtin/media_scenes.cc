@@ -1,7 +1,6 @@
 #include "builtin/mesh_builder.h"
 #include "builtin/scenes.h"
 #include "builtin/sky.h"
-#include "core/frame.h"
 
 namespace glowworm {
 
@@ -17,13 +16,6 @@ void fill(SceneDescription& scene, const char* name, float sigma_s, float sigma_
   medium.bounds = Box3{min, max};
   scene.ambient_medium = static_cast<std::uint32_t>(scene.media.size());
   scene.media.push_back(std::move(medium));
-}
-
-void set_view(SceneDescription& scene, Vec3 eye, Vec3 target, float degrees, int width, int height) {
-  scene.cameras.push_back(look_at(eye, target, {0, 1, 0}, degrees));
-  scene.cameras.back().name = "main";
-  scene.film.width = width;
-  scene.film.height = height;
 }
 
 }  // namespace
@@ -61,7 +53,8 @@ SceneDescription builtin_shafts() {
   mesh.box({-0.5f, 0, -0.35f}, {0.5f, 0.6f, 0.35f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinY);
   scene.lights.push_back(clear_sun(normalize(Vec3{0.75f, 0.55f, 0.15f})));
   fill(scene, "haze", 0.05f, 0.002f, 0.5f, {-kX, 0, -kZ}, {kX, kY, kZ});
-  set_view(scene, {-1.2f, 1.5f, 2.3f}, {0.6f, 1.15f, -0.6f}, 62, 640, 480);
+  add_camera(scene, "main", {-1.2f, 1.5f, 2.3f}, {0.6f, 1.15f, -0.6f}, 62);
+  set_size(scene, 640, 480);
   return scene;
 }
 
@@ -72,22 +65,15 @@ SceneDescription builtin_glass_in_gas() {
   fill(scene, "gas", 0.15f, 0.01f, 0, {-1.5f, 0, -1.5f}, {1.5f, 2.3f, 1.5f});
   mesh.set_material(add_diffuse(scene, "floor", {0.35f, 0.34f, 0.32f}));
   mesh.quad({-1.5f, 0, 1.5f}, {1.5f, 0, 1.5f}, {1.5f, 0, -1.5f}, {-1.5f, 0, -1.5f});
-  Material glass;
-  glass.name = "glass";
-  glass.kind = MaterialKind::dielectric;
-  glass.ior = 1.5f;
-  glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
+  Material glass = clear_glass();
   glass.inside = kNone;
   glass.outside = scene.ambient_medium;
-  scene.materials.push_back(glass);
-  mesh.set_material(static_cast<std::uint32_t>(scene.materials.size() - 1));
+  mesh.set_material(add_material(scene, glass));
   const Vec3 ball{0, 0.85f, 0}, lamp{-0.75f, 2.25f, -0.2f};
   mesh.sphere(ball, 0.3f, 128, 64);
-  mesh.set_material(add_diffuse(scene, "lamp", RGB(0.5f)), add_emission(scene, "lamp", RGB(300)));
-  const Frame frame = Frame::from_normal(normalize(ball - lamp));
-  const Vec3 s = frame.s * 0.04f, t = frame.t * 0.04f;
-  mesh.quad(lamp - s - t, lamp + s - t, lamp + s + t, lamp - s + t);
-  set_view(scene, {0.2f, 1.0f, 2.6f}, {0.1f, 0.75f, 0}, 44, 512, 512);
+  add_square_light(scene, mesh, lamp, ball, 0.08f, RGB(300));
+  add_camera(scene, "main", {0.2f, 1.0f, 2.6f}, {0.1f, 0.75f, 0}, 44);
+  set_size(scene, 512, 512);
   return scene;
 }
 

@@ -37,9 +37,21 @@ SceneDescription builtin_glass_in_gas();
 /// A furnished room with nearly only indirect light: a lamp in a corridor shines through a door left ajar. All diffuse.
 SceneDescription builtin_ajar();
 
+class MeshBuilder;
+
+/// Adds a material and returns its index.
+std::uint32_t add_material(SceneDescription& scene, const Material& material);
+/// Smooth glass of index 1.5 that absorbs nothing.
+Material clear_glass();
 /// Adds a diffuse material and returns its index.
 std::uint32_t add_diffuse(SceneDescription& scene, const char* name, RGB reflectance);
 /// Adds a one-sided emission and returns its index.
 std::uint32_t add_emission(SceneDescription& scene, const char* name, RGB radiance);
+/// Adds a square at `center` that emits towards `target`. @param side metres
+void add_square_light(SceneDescription& scene, MeshBuilder& mesh, Vec3 center, Vec3 target, float side, RGB radiance);
+/// Adds an upright camera. @param degrees field of view
+void add_camera(SceneDescription& scene, const char* name, Vec3 eye, Vec3 target, float degrees);
+/// Sets the default size of pictures, in pixels.
+void set_size(SceneDescription& scene, int width, int height);
 
 }  // namespace glowworm

@@ -83,7 +83,7 @@ Light clear_sun(Vec3 to_sun) {
   Light sun;
   sun.name = "sun";
   sun.kind = LightKind::directional;
-  // The colour of a black body of 5000 K with luminance 1, close to that of the sun through a clear air mass of 1.2.
+  // The colour of a black body of 5000 K with luminance 1, close to the sun's through a clear air mass of 1.2.
   const RGB color{1.19f, 0.97f, 0.74f};
   sun.intensity = color * (9 / luminance(color));
   sun.direction = -to_sun;

@@ -4,33 +4,17 @@
 #include "builtin/mesh_builder.h"
 #include "builtin/scenes.h"
 #include "builtin/sky.h"
-#include "core/frame.h"
 
 namespace glowworm {
 
 namespace {
 
-void set_camera(SceneDescription& scene, Vec3 eye, Vec3 target, float degrees, int width, int height) {
-  scene.cameras.push_back(look_at(eye, target, {0, 1, 0}, degrees));
-  scene.cameras.back().name = "main";
-  scene.film.width = width;
-  scene.film.height = height;
-}
-
 void start_furnace(SceneDescription& scene, const char* name, MeshBuilder& mesh) {
   scene.name = name;
   const std::uint32_t wall = add_diffuse(scene, "wall", RGB(0.5f));
   mesh.set_material(wall, add_emission(scene, "glow", RGB(1.0f)));
-  set_camera(scene, {0.1f, 0.05f, -0.3f}, {-0.05f, 0, 0.4f}, 90, 128, 128);
-}
-
-// A square at `center` that emits towards `target`.
-void add_square_light(SceneDescription& scene, MeshBuilder& mesh, Vec3 center, Vec3 target, float side, RGB radiance) {
-  const std::uint32_t lamp = add_diffuse(scene, "lamp", RGB(0.5f));
-  mesh.set_material(lamp, add_emission(scene, "lamp", radiance));
-  const Frame frame = Frame::from_normal(normalize(target - center));
-  const Vec3 s = frame.s * (side / 2), t = frame.t * (side / 2);
-  mesh.quad(center - s - t, center + s - t, center + s + t, center - s + t);
+  add_camera(scene, "main", {0.1f, 0.05f, -0.3f}, {-0.05f, 0, 0.4f}, 90);
+  set_size(scene, 128, 128);
 }
 
 void add_floor_square(SceneDescription& scene, MeshBuilder& mesh, float half) {
@@ -63,16 +47,11 @@ SceneDescription builtin_glass_sphere() {
   scene.name = "glass-sphere";
   MeshBuilder mesh(scene.geometry);
   add_floor_square(scene, mesh, 1.5f);
-  Material glass;
-  glass.name = "glass";
-  glass.kind = MaterialKind::dielectric;
-  glass.ior = 1.5f;
-  glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
-  scene.materials.push_back(glass);
-  mesh.set_material(static_cast<std::uint32_t>(scene.materials.size() - 1));
+  mesh.set_material(add_material(scene, clear_glass()));
   mesh.sphere({0, 0.45f, 0}, 0.3f, 128, 64);
   add_square_light(scene, mesh, {-0.7f, 2.2f, -0.4f}, {0, 0.45f, 0}, 0.12f, RGB(150));
-  set_camera(scene, {0.3f, 1.1f, 2.0f}, {0.1f, 0.25f, 0}, 42, 512, 512);
+  add_camera(scene, "main", {0.3f, 1.1f, 2.0f}, {0.1f, 0.25f, 0}, 42);
+  set_size(scene, 512, 512);
   return scene;
 }
 
@@ -86,13 +65,13 @@ SceneDescription builtin_ring() {
   metal.kind = MaterialKind::conductor;
   metal.use_reflectance = true;
   metal.reflectance.value = {0.9f, 0.7f, 0.35f};
-  scene.materials.push_back(metal);
-  mesh.set_material(static_cast<std::uint32_t>(scene.materials.size() - 1));
+  mesh.set_material(add_material(scene, metal));
   const MeshBuilder::ProfilePoint tube[] = {
       {0.5f, 0.001f, true}, {0.52f, 0.001f, true}, {0.52f, 0.22f, true}, {0.5f, 0.22f, true}, {0.5f, 0.001f, true}};
   mesh.lathe(tube, 256);
   add_square_light(scene, mesh, {1.3f, 1.2f, 0.1f}, {0, 0.1f, 0}, 0.1f, RGB(150));
-  set_camera(scene, {-0.3f, 1.6f, 1.4f}, {0, 0.05f, 0}, 42, 512, 512);
+  add_camera(scene, "main", {-0.3f, 1.6f, 1.4f}, {0, 0.05f, 0}, 42);
+  set_size(scene, 512, 512);
   return scene;
 }
 
@@ -136,7 +115,8 @@ SceneDescription builtin_window_room() {
   const Vec3 to_sun = normalize(Vec3{0.75f, 0.62f, 0.2f});
   scene.environment = clear_sky(to_sun, 2, 64);
   scene.lights.push_back(clear_sun(to_sun));
-  set_camera(scene, {-0.3f, 1.6f, 1.85f}, {0.2f, 1.0f, -2}, 75, 640, 480);
+  add_camera(scene, "main", {-0.3f, 1.6f, 1.85f}, {0.2f, 1.0f, -2}, 75);
+  set_size(scene, 640, 480);
   return scene;
 }
 
