@@ -1,4 +1,4 @@
-// Public pictures to and from those of the image room.
+// Public pictures to and from pictures of the image room.
 #pragma once
 #include "glowworm/picture.h"
 #include "image/image.h"

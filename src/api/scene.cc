@@ -217,6 +217,10 @@ struct SceneBuilder::Implementation {
   Geometry copy_of(const Mesh& mesh) const;
   /// The index of a mesh's emission, which is added, or kNone.
   std::uint32_t add_emission(const Mesh& mesh);
+  /// Adds a light with the number of its name.
+  Light& add_light(LightKind kind, const std::string& name, Rgb intensity);
+  /// Adds an environment without pixels.
+  Environment& add_environment();
 };
 
 SceneBuilder::SceneBuilder(const std::string& name) : implementation_(std::make_unique<Implementation>()) {
@@ -246,11 +250,23 @@ std::vector<RGB> inner(std::span<const Rgb> colors) {
   return out;
 }
 
-/// Checks the index of a medium. @param owner names it
+/// Checks an index among `count` things of a kind. @param owner names it
+std::uint32_t known(std::uint32_t index, std::size_t count, const std::string& owner, const std::string& kind) {
+  check(index < count, owner + " names " + kind + " " + std::to_string(index) + " of " + std::to_string(count),
+        "Add the " + kind + " before.");
+  return index;
+}
+
 std::uint32_t known_medium(std::uint32_t medium, std::size_t media, const std::string& owner) {
-  check(medium == kVacuum || medium < media,
-        owner + " names medium " + std::to_string(medium) + " of " + std::to_string(media), "Add the medium before.");
-  return medium;
+  return medium == kVacuum ? medium : known(medium, media, owner, "medium");
+}
+
+/// Checks that a mesh has `count` values for its vertices, or none.
+void check_values(const Mesh& mesh, std::size_t count, const std::string& values) {
+  check(count == 0 || count == mesh.positions.size(),
+        "mesh '" + mesh.name + "' has " + std::to_string(count) + " " + values + " for " +
+            std::to_string(mesh.positions.size()) + " vertices",
+        "Give one a vertex, or none.");
 }
 
 }  // namespace
@@ -297,14 +313,9 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
   glowworm::Material out;
   out.name = m.name;
   out.reflectance.value = inner(m.color);
-  if (m.color_texture) {
-    const std::size_t textures = implementation_->scene.textures.size();
-    check(*m.color_texture < textures,
-          "material '" + m.name + "' names texture " + std::to_string(*m.color_texture) + " of " +
-              std::to_string(textures),
-          "Add the texture before the material.");
-    out.reflectance.texture = *m.color_texture;
-  }
+  if (m.color_texture)
+    out.reflectance.texture =
+        known(*m.color_texture, implementation_->scene.textures.size(), "material '" + m.name + "'", "texture");
   out.roughness_u.value = out.roughness_v.value = m.roughness;
   out.ior = m.ior;
   out.unseen = m.unseen;
@@ -347,18 +358,9 @@ std::uint32_t SceneBuilder::add_material(const Material& m) {
 }
 
 Geometry SceneBuilder::Implementation::copy_of(const Mesh& mesh) const {
-  check(mesh.material < scene.materials.size(),
-        "mesh '" + mesh.name + "' names material " + std::to_string(mesh.material) + " of " +
-            std::to_string(scene.materials.size()),
-        "Add the material before the mesh.");
-  check(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size(),
-        "mesh '" + mesh.name + "' has " + std::to_string(mesh.normals.size()) + " normals for " +
-            std::to_string(mesh.positions.size()) + " vertices",
-        "Give one a vertex, or none.");
-  check(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size(),
-        "mesh '" + mesh.name + "' has " + std::to_string(mesh.uvs.size()) + " texture coordinates for " +
-            std::to_string(mesh.positions.size()) + " vertices",
-        "Give one a vertex, or none.");
+  known(mesh.material, scene.materials.size(), "mesh '" + mesh.name + "'", "material");
+  check_values(mesh, mesh.normals.size(), "normals");
+  check_values(mesh, mesh.uvs.size(), "texture coordinates");
   check_light(mesh.radiance, "radiance");
   Geometry geometry;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -386,6 +388,20 @@ std::uint32_t SceneBuilder::Implementation::add_emission(const Mesh& mesh) {
   light.two_sided = mesh.two_sided;
   scene.emissions.push_back(std::move(light));
   return static_cast<std::uint32_t>(scene.emissions.size() - 1);
+}
+
+Light& SceneBuilder::Implementation::add_light(LightKind kind, const std::string& name, Rgb intensity) {
+  Light& light = scene.lights.emplace_back();
+  light.kind = kind;
+  light.name = name + " " + std::to_string(scene.lights.size());
+  light.intensity = inner(intensity);
+  return light;
+}
+
+Environment& SceneBuilder::Implementation::add_environment() {
+  Environment& environment = scene.environment.emplace();
+  environment.name = "environment";
+  return environment;
 }
 
 void SceneBuilder::add_mesh(const Mesh& mesh) {
@@ -426,23 +442,15 @@ void SceneBuilder::add_instances(const Mesh& mesh, std::span<const Placement> pl
 void SceneBuilder::add_point_light(Vec3 position, Rgb intensity) {
   check_light(intensity, "intensity");
   check_finite(position, "the position of a light");
-  Light light;
-  light.name = "point light " + std::to_string(implementation_->scene.lights.size() + 1);
-  light.intensity = inner(intensity);
-  light.position = inner(position);
-  implementation_->scene.lights.push_back(std::move(light));
+  implementation_->add_light(LightKind::point, "point light", intensity).position = inner(position);
 }
 
 void SceneBuilder::add_directional_light(Vec3 direction, Rgb irradiance) {
   check_light(irradiance, "irradiance");
   check_finite(direction, "the direction of a light");
   check(length(inner(direction)) > 0, "the direction of a light has no length", "");
-  Light light;
-  light.kind = LightKind::directional;
-  light.name = "directional light " + std::to_string(implementation_->scene.lights.size() + 1);
-  light.intensity = inner(irradiance);
-  light.direction = normalize(inner(direction));
-  implementation_->scene.lights.push_back(std::move(light));
+  implementation_->add_light(LightKind::directional, "directional light", irradiance).direction =
+      normalize(inner(direction));
 }
 
 void SceneBuilder::add_spot_light(const SpotLight& spot) {
@@ -453,37 +461,25 @@ void SceneBuilder::add_spot_light(const SpotLight& spot) {
   check(spot.inner_angle >= 0 && spot.inner_angle <= spot.outer_angle && spot.outer_angle > 0 && spot.outer_angle <= 90,
         "the angles of a spot light are out of range",
         "The inner one must lie between 0 and the outer one, and the outer one between 0 and 90 degrees.");
-  Light light;
-  light.kind = LightKind::spot;
-  light.name = "spot light " + std::to_string(implementation_->scene.lights.size() + 1);
-  light.intensity = inner(spot.intensity);
+  Light& light = implementation_->add_light(LightKind::spot, "spot light", spot.intensity);
   light.position = inner(spot.position);
   light.direction = normalize(inner(spot.direction));
   light.cos_inner = std::cos(spot.inner_angle * (kPi / 180));
   light.cos_outer = std::cos(spot.outer_angle * (kPi / 180));
-  implementation_->scene.lights.push_back(std::move(light));
 }
 
 void SceneBuilder::set_environment(int width, int height, std::span<const Rgb> pixels) {
   check_pixels(width, height, pixels.size(), "the environment");
-  Environment environment;
-  environment.name = "environment";
+  for (const Rgb& pixel : pixels) check_light(pixel, "radiance");
+  Environment& environment = implementation_->add_environment();
   environment.width = width;
   environment.height = height;
-  environment.pixels.reserve(pixels.size());
-  for (const Rgb& pixel : pixels) {
-    check_light(pixel, "radiance");
-    environment.pixels.push_back(inner(pixel));
-  }
-  implementation_->scene.environment = std::move(environment);
+  environment.pixels = inner(pixels);
 }
 
 void SceneBuilder::set_environment(Rgb radiance) {
   check_light(radiance, "radiance");
-  Environment environment;
-  environment.name = "environment";
-  environment.scale = inner(radiance);
-  implementation_->scene.environment = std::move(environment);
+  implementation_->add_environment().scale = inner(radiance);
 }
 
 void SceneBuilder::add_camera(const Camera& camera) { implementation_->scene.cameras.push_back(inner(camera)); }

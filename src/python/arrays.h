@@ -69,16 +69,23 @@ py::array view(const Number* data, const std::vector<py::ssize_t>& shape, const 
   return out;
 }
 
-/// An array of shape (n, sizeof(T) / sizeof(Number)), or (n) where they are the same, that owns the vector.
+/// An array of shape (n, sizeof(T) / sizeof(Number)), or (n) where they are the same, over values that `owner` keeps
+/// alive.
+template <typename Number, typename T>
+py::array view_of(std::span<const T> values, const py::handle& owner, bool writable = false) {
+  static_assert(sizeof(T) % sizeof(Number) == 0);
+  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
+  if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
+  return view(reinterpret_cast<const Number*>(values.data()), shape, owner, writable);
+}
+
+/// The same over a vector that the array owns.
 template <typename Number, typename T>
 py::array owned(std::vector<T> values) {
-  static_assert(sizeof(T) % sizeof(Number) == 0);
   auto holder = std::make_unique<std::vector<T>>(std::move(values));
-  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(holder->size())};
-  if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
-  const auto* data = reinterpret_cast<const Number*>(holder->data());
+  const std::span<const T> kept(*holder);
   const py::capsule owner(holder.release(), [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
-  return view(data, shape, owner, true);
+  return view_of<Number>(kept, owner, true);
 }
 
 /// owned() of the vector that work() returns, which runs without the lock of the interpreter.

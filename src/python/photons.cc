@@ -22,15 +22,9 @@ using api::Photons;
 Kernel kernel_of(const std::string& name) { return choice<Kernel>("kernel", name, api::kernel_names()); }
 Engine engine_of(const std::string& name) { return choice<Engine>("engine", name, api::engine_names()); }
 
-/// An array of the photons that keeps them alive.
-template <typename T>
-py::array photon_array(const py::object& self, std::span<const T> values) {
-  return view(reinterpret_cast<const float*>(values.data()), {static_cast<py::ssize_t>(values.size()), 3}, self, false);
-}
-
 void bind_photon_arrays(py::module_& module) {
   const auto array = [](auto member) {
-    return [member](const py::object& self) { return photon_array(self, (self.cast<const Photons&>().*member)()); };
+    return [member](const py::object& self) { return view_of<float>((self.cast<const Photons&>().*member)(), self); };
   };
   py::class_<Photons>(module, "Photons",
                       "Photons on surfaces. The arrays have one length, are views of the photons' memory, and keep it "
@@ -57,7 +51,7 @@ void bind_photon_arrays(py::module_& module) {
       },
       py::arg("scene"), py::kw_only(), py::arg("photons") = 500'000, py::arg("seed") = 0, py::arg("caustic") = false,
       "Traces photons from all lights. photons: the least number to store. caustic: only photons with at least one\n"
-      "bounce and only sharp bounces. Tracing ends without that number after 200 light paths for each photon, or\n"
+      "bounce and only specular bounces. Tracing ends without that number after 200 light paths for each photon, or\n"
       "after one for each if none is stored by then, such as in a scene without caustics. Ctrl-C stops it.");
 }
 

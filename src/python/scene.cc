@@ -4,7 +4,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
@@ -160,14 +159,6 @@ void set_environment(SceneBuilder& builder, const py::object& radiance) {
   builder.set_environment(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), rows<api::Rgb>(array));
 }
 
-/// The vectors of a scene as an array that keeps the scene alive.
-template <typename Number, typename T>
-py::array scene_array(const py::object& scene, std::span<const T> values) {
-  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
-  if (sizeof(T) != sizeof(Number)) shape.push_back(sizeof(T) / sizeof(Number));
-  return view(reinterpret_cast<const Number*>(values.data()), shape, scene, false);
-}
-
 /// A scene with edits by the names of lights: {"lamp": {"scale": 2}}.
 Scene with_lights(const Scene& scene, const std::map<std::string, py::dict>& edits) {
   std::vector<api::LightEdit> all;
@@ -192,12 +183,10 @@ Scene with_lights(const Scene& scene, const std::map<std::string, py::dict>& edi
   return scene.with_lights(all);
 }
 
-const std::array<std::string, 4> kProjections = {"perspective", "fisheye", "hemispherical", "panorama"};
+const std::vector<std::string> kProjections = {"perspective", "fisheye", "hemispherical", "panorama"};
 
 Camera::Projection projection_of(const std::string& name) {
-  const auto found = std::find(kProjections.begin(), kProjections.end(), name);
-  if (found == kProjections.end()) throw py::value_error("'" + name + "' is not a projection of a camera");
-  return static_cast<Camera::Projection>(found - kProjections.begin());
+  return choice<Camera::Projection>("projection", name, kProjections);
 }
 
 void bind_camera(py::module_& module) {
@@ -279,18 +268,16 @@ void bind_scene_class(py::module_& module) {
                              "Features of the file that are not supported or had to be guessed.")
       .def_property_readonly(
           "positions",
-          [](const py::object& self) { return scene_array<float>(self, self.cast<const Scene&>().positions()); },
+          [](const py::object& self) { return view_of<float>(self.cast<const Scene&>().positions(), self); },
           "Vertices of all triangles, (n, 3), metres. A view of the scene's memory.")
       .def_property_readonly(
           "triangles",
-          [](const py::object& self) {
-            return scene_array<std::uint32_t>(self, self.cast<const Scene&>().triangles());
-          },
+          [](const py::object& self) { return view_of<std::uint32_t>(self.cast<const Scene&>().triangles(), self); },
           "Indices into positions, (m, 3). A view of the scene's memory.")
       .def_property_readonly(
           "triangle_materials",
           [](const py::object& self) {
-            return scene_array<std::uint32_t>(self, self.cast<const Scene&>().triangle_materials());
+            return view_of<std::uint32_t>(self.cast<const Scene&>().triangle_materials(), self);
           },
           "Index into materials of each triangle, (m,). A view of the scene's memory.")
       .def_property_readonly("lights", &Scene::lights, "Names of the lights.")

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
 #include <utility>
 
 #include "core/error.h"
@@ -13,15 +12,6 @@
 namespace glowworm {
 
 namespace {
-
-/// A word that needs no quotes in a POSIX shell.
-std::string quoted(const std::string& word) {
-  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
 
 /// The scene's camera with the same lens, whose name the command uses.
 const Camera& like_camera(const Scene& scene, const Camera& camera) {
@@ -110,8 +100,8 @@ std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, c
 
 std::string render_command_text(const std::string& path, const Scene& scene, const std::vector<RigLight>& lights,
                                 const ViewState& state, const std::vector<std::string>& scene_options) {
-  std::string text = fmt::format("glowworm render {}", quoted(path));
-  for (const std::string& word : scene_options) text += " " + quoted(word);
+  std::string text = fmt::format("glowworm render {}", shell_word(path));
+  for (const std::string& word : scene_options) text += " " + shell_word(word);
   RenderSettings defaults = render_settings(ViewState());
   defaults.width = defaults.height = 0;
   const RenderSettings wanted = render_settings(state);
@@ -119,11 +109,12 @@ std::string render_command_text(const std::string& path, const Scene& scene, con
     if (const std::string value = option.print(wanted); value != option.print(defaults))
       text += " " + command_line_text(option, value);
   const Camera& base = like_camera(scene, state.camera);
-  if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", quoted(base.name));
+  if (&base != &scene.cameras().front()) text += fmt::format(" --camera {}", shell_word(base.name));
   if (!same_view(base, state.camera)) text += fmt::format(" --view {}", view_text(state.camera, scene));
   for (std::size_t i = 0; i < lights.size() && i < state.lights.size(); ++i)
     if (!(state.lights[i] == LightEdit()))
-      text += fmt::format(" --light {}", quoted(light_edit_text(lights[i].name, to_file_axes(state.lights[i], scene))));
+      text +=
+          fmt::format(" --light {}", shell_word(light_edit_text(lights[i].name, to_file_axes(state.lights[i], scene))));
   return text + " --samples 64 --gather 64 -o view.exr -o view.png";
 }
 

@@ -11,6 +11,7 @@ Radiance is linear RGB (Rec. 709) in W sr^-1 m^-2, flux is in W, irradiance in W
 from __future__ import annotations
 
 import contextlib
+import copy
 import inspect
 import json
 import math
@@ -183,17 +184,8 @@ def _with_camera(scene: Scene, camera: Camera) -> Tuple[Scene, str]:
     name = camera.name or "camera"  # no name would be the scene's first camera
     while name in scene.cameras:
         name += "'"
-    named = Camera(
-        camera.eye,
-        camera.target,
-        camera.up,
-        field_of_view=camera.field_of_view,
-        orthographic_size=camera.orthographic_size,
-        lens_radius=camera.lens_radius,
-        focal_distance=camera.focal_distance,
-        name=name,
-        projection=camera.projection,
-    )
+    named = copy.copy(camera)
+    named.name = name
     return scene.with_camera(named), name
 
 
@@ -252,7 +244,7 @@ def render_frames(
     """Renders a still scene from one camera after another, and yields the pictures.
 
     Frames share photons, which are traced once for all cameras. A frame is the same, bit for bit, whichever others are
-    rendered. progress is called with the finished share of each frame. The other keywords are those of render().
+    rendered. progress is called with the finished share of each frame. The other keywords are render()'s.
     """
     sequence = _FrameSequence(scene, list(cameras), **options)
     for frame in range(len(cameras)):
@@ -274,7 +266,7 @@ def measure(
     """Measures the light that arrives at sensors from the half space around their normals, as `glowworm measure` does.
 
     points: (m, 3), metres. normals: (m, 3), unit. on_surfaces: the sensors lie on surfaces of the scene, so that
-    photons show caustics there. The other keywords are those of render().
+    photons show caustics there. The other keywords are render()'s.
 
     Returns irradiance (m, 3), W m^-2, and its parts direct (from lights), indirect (from surfaces) and caustic (through
     glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the error of the illuminance
@@ -361,7 +353,8 @@ def bake(
     format: "emissive", "unlit", "lightmap" or "vertex". light: "all", or "indirect": the viewer adds direct light
     to a lightmap. atlas: side of an atlas in texels; texels_per_metre: their density; 0 leaves both to Glowworm.
     exposure: stops, by which values are multiplied as 2^exposure; None maps their mean to grey. allow_outside: the file
-    may hold content of files outside of the scene file's folder. The other keywords are those of render(); samples are those of each texel.
+    may hold content of files outside of the scene file's folder. The other keywords are render()'s; samples count in
+    each texel.
     """
     with _shown(progress) as show:
         _bake(scene, path, format, light, atlas, texels_per_metre, exposure, allow_outside, show, **options)
