@@ -27,6 +27,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
 import glowworm  # noqa: E402
 
+from figures import luminance  # noqa: E402
+
 PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 CACHE = os.path.join(ROOT, "build/filter")
 RESULTS = os.path.join(ROOT, "bench/results/filter.md")
@@ -105,10 +107,6 @@ SCENES = {
     "contact": CONTACT,
     "sun": SUN,
 }
-
-
-def luminance(pixels):
-    return np.asarray(pixels) @ np.array([0.2126, 0.7152, 0.0722])
 
 
 def run(*command):

@@ -12,13 +12,14 @@ import os
 import pathlib
 import platform
 import re
-import resource
 import signal
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+
+from figures import processor_seconds
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 IS_LARGE = sys.argv[1:2] == ["large"]
@@ -44,10 +45,9 @@ exec ip netns exec gwm$((${host##*.} - 1)) unshare -m -u bash -c \
 
 def run(arguments, **more):
     """Runs the program; returns its processor seconds."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_seconds()
     subprocess.run([PROGRAM, *arguments], check=True, **more)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return processor_seconds() - before
 
 
 def ip(words, check=True):

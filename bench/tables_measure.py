@@ -8,12 +8,13 @@ import json
 import os
 import pathlib
 import platform
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+
+from figures import processor_seconds
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
@@ -54,12 +55,6 @@ for times in (1, 10):
         seconds.append(time.process_time() - start)
     print(len(origins), len(origins) / np.median(seconds))
 """
-
-
-def processor_seconds():
-    """Seconds of all cores that ended child processes have used."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def matrix():

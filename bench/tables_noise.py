@@ -25,6 +25,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
 import glowworm  # noqa: E402
 
+from figures import luminance  # noqa: E402
 from tables_equal_time import SCENES, path_of  # noqa: E402
 
 CACHE = os.path.join(ROOT, "build/noise")
@@ -34,10 +35,6 @@ SEEDS = (11, 12, 13, 14)  # of the pictures
 RENDERS, SAMPLES = 16, 16
 # The median and the 99.9% quantile of chi-squared of 15 degrees of freedom.
 MEDIAN, RARE = 14.339, 37.697
-
-
-def luminance(pixels):
-    return pixels @ np.array([0.2126, 0.7152, 0.0722])
 
 
 def reference(name, scene, seed, **settings):

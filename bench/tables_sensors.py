@@ -9,10 +9,11 @@ import json
 import math
 import pathlib
 import random
-import resource
 import subprocess
 import sys
 import tempfile
+
+from figures import processor_seconds
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/release/bin/glowworm"
@@ -82,11 +83,6 @@ def blinds():
 # Name, scene, the sides of the area of sensors, and their height.
 SCENES = (("open office", office, (10, 8), 0.8), ("well of 2 x 2 x 12 m", well, (2, 2), 0.1),
           ("below a mirrored pipe", pipe, (4, 4), 0.8), ("behind blinds", blinds, (6, 4), 0.8))
-
-
-def processor_seconds():
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def measure(folder, options):

@@ -17,7 +17,6 @@ usage: tables_walk.py [--frames N] [--size WxH] [SCENE]
 import argparse
 import json
 import os
-import resource
 import subprocess
 import sys
 
@@ -26,6 +25,8 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
 import glowworm  # noqa: E402
+
+from figures import luminance, processor_seconds  # noqa: E402
 
 PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 CACHE = os.path.join(ROOT, "build/walk")
@@ -40,10 +41,9 @@ PATCH = 4  # pixels around a point
 
 def run(*command):
     """Runs the program, and returns its processor seconds."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_seconds()
     subprocess.run([PROGRAM, *map(str, command), "--quiet"], check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor_seconds() - before
 
 
 class Walk:
@@ -87,10 +87,6 @@ class Walk:
 
     def picture(self, kind, frame):
         return glowworm.Picture.read(os.path.join(self.folder(kind), f"{frame:03}.exr"))
-
-
-def luminance(pixels):
-    return np.asarray(pixels) @ np.array([0.2126, 0.7152, 0.0722])
 
 
 def patches(image, reach):
