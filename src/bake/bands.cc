@@ -101,7 +101,7 @@ Baked bake_points(const std::shared_ptr<const Scene>& scene, const std::shared_p
   std::shared_ptr<JobMaps> maps;
   for (std::size_t i = 0; i < bands.size(); ++i) {
     settings.bounds = bands[i].rendered;
-    // Each band gets its share of the time that is left; the numbers of rays and photons are those of the whole time.
+    // Each band gets its share of the time that is left; the numbers of rays and photons suit the whole time.
     const double left_s = settings.time_limit_s - baked.seconds;
     const double share_s = std::max(left_s / static_cast<double>(bands.size() - i), 1e-3);
     const double spent_s = settings.time_limit_s > 0 ? settings.time_limit_s - share_s : 0;

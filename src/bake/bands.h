@@ -47,7 +47,7 @@ struct BandRun {
   Job& job;
   BakeBand band;
   std::size_t number = 0, count = 0;  ///< of the bands from now on
-  const std::vector<RGB>& light;      ///< of all points; that of the rows above the band is there
+  const std::vector<RGB>& light;      ///< of all points; set in the rows above the band
 
   /// The state of the whole bake to continue from.
   Checkpoint checkpoint() const;

@@ -142,7 +142,7 @@ Chart project(const Geometry& geometry, std::span<const BakeFace> faces, std::ve
   return chart;
 }
 
-/// The mean direction of faces, or that of the first where some face would lie too steep to it.
+/// The mean direction of faces, or the first face's where some face would lie too steep to the mean.
 Vec3 common_direction(const FaceTable& table, const std::vector<std::uint32_t>& members) {
   Vec3 sum{0, 0, 0};
   for (const std::uint32_t f : members) sum += table.normal[f] * table.area[f];

@@ -9,7 +9,7 @@
 
 namespace glowworm {
 
-/// One side of a triangle: that of its winding, or its back.
+/// One side of a triangle: its front by the winding, or its back.
 struct BakeFace {
   std::uint32_t triangle = kNone;
   bool back = false;

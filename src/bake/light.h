@@ -43,7 +43,7 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
                                  ShownLight shown);
 
 /// Share of the light that a surface reflects, seen along its normal. Baked textures show all reflection as diffuse;
-/// without its sharp lobes, polished metal would be black.
+/// without its specular lobes, polished metal would be black.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 
 /// The exposure in stops of a picture by the scene's first camera, as the texels and the environment show it. Texels

@@ -99,7 +99,7 @@ class SeamSystem {
   std::vector<double> minimum(const std::vector<double>& start, const std::vector<std::uint8_t>& at_zero) const {
     constexpr int kMaxSteps = 400;
     std::vector<double> x = start, r(x.size());
-    // With x = start, the gradient is that of the steps alone.
+    // With x = start, the steps alone have a gradient.
     const std::vector<double> product = times(x, 0);
     for (std::size_t i = 0; i < r.size(); ++i) r[i] = at_zero[i] ? 0 : -product[i];
     std::vector<double> p = r;

@@ -307,7 +307,7 @@ void coated_conductor_components(const View& view, Components& out) {
   out.add(c);
   c.shape = Shape::cosine_reflection;
   c.eta = 1;
-  // The absorption of light that leaves is about that of a cosine of 2/3 outside.
+  // The absorption of light that leaves is about the absorption at a cosine of 2/3 outside.
   c.albedo = base.color_spread * (base.spread(view.wo) * fro * coat.absorption(inner_cosine(2.0f / 3, coat.eta)));
   out.add(c);
 }

@@ -54,7 +54,7 @@ struct Component {
   float eta = 1;                    ///< index of the side below over that of the side of wo, where light bends
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
-  float probability = 0;  ///< of choosing this component among those of the given lobes
+  float probability = 0;  ///< of choosing this component among the given lobes' components
   Vec3 normal{0, 0, 1};   ///< rough_reflection and mirror: the normal of reflection
   const MeasuredBsdf* measured = nullptr;  ///< measured shapes
 };

@@ -55,7 +55,7 @@ void conductor_components(const View& view, Components& out) {
   c.shape = Shape::rough_reflection;
   c.microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
   // Facets are seen at less grazing angles than the surface. Schlick's angular term, averaged over them, approximates
-  // that of the exact formula.
+  // the exact formula's.
   const MultipleReflection multiple = multiple_of(bsdf);
   const Place at = place_of(c.microfacet, view.wo);
   const SchlickCurves curves = schlick_curves(c.microfacet);

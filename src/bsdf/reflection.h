@@ -15,8 +15,8 @@ namespace glowworm {
 /// A part of light that meets several facets, multiple M(c), is added.
 /// - coated:    diffuse A(c) = (T(c) + through M(c)) exp(-thickness / c'), with c' refracted by eta. T is curve[0] and
 /// M
-///              curve[1] or, if these have no rows, T is 1 - F(c) and M 0. F is that of a dielectric of index eta.
-/// - conductor: no diffuse part; F is that of a conductor of index first + i second. M is 1 - curve[0] - curve[1].
+///              curve[1] or, if these have no rows, T is 1 - F(c) and M 0. F is a dielectric's, of index eta.
+/// - conductor: no diffuse part; F is a conductor's, of index first + i second. M is 1 - curve[0] - curve[1].
 /// - schlick:   diffuse (1 - second curve[0](c) - second_grazing curve[1](c)); F is Schlick's, with `first` at normal
 ///              and `first_grazing` at grazing incidence. M is 1 - curve[0] - curve[1].
 enum class ReflectionModel : std::uint8_t { coated, conductor, schlick };

@@ -37,7 +37,7 @@ struct Curve {
   const float* rows[kMost];
   float weights[kMost];
   int count = 0;         ///< even
-  bool brushed = false;  ///< each row is followed by those of the other nodes of Place::along
+  bool brushed = false;  ///< each row is followed by the rows of the other nodes of Place::along
 
   float operator()(Place at) const {
     if (!brushed) return read(at.cosine, 0);

@@ -37,7 +37,7 @@ SquareSamples even_round(const Film& film, std::uint32_t most);
 /// so a round may be continued.
 std::vector<CameraTask> tasks_of_round(const Film& film, const SquareSamples& wanted);
 
-/// Whether the numbers can be those of a round of a film with these bounds.
+/// Whether the numbers can describe a round of a film with these bounds.
 bool is_round_of(const PixelBounds& bounds, const SquareSamples& wanted);
 
 }  // namespace glowworm

@@ -467,7 +467,7 @@ bool Job::render_tasks(std::vector<CameraTask> tasks, WorkShare share) {
 
 Job::TaskResult Job::compute(CameraTasks places) {
   const double start = seconds();
-  // The film counts the samples of the range, and random numbers belong to those of the whole render.
+  // The film counts the samples of the range; random numbers belong to their index in the whole render.
   std::vector<CameraTask> tasks(places.begin(), places.end());
   for (CameraTask& task : tasks) task.first_sample += settings_.sample_range().first;
   TaskResult out;

@@ -84,7 +84,7 @@ class Job {
   /// @param resume continues from this film; throws Error if the checkpoint belongs to another render. Ranks other
   /// than 0 need its key alone.
   /// @param points  renders irradiance (W m^-2) at these points in place of radiance in the camera's pixels; the
-  /// settings' size is that of the grid, and their bounds, if not empty, are a part of it
+  /// settings take the size of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   /// @param maps    of another Job that is destroyed, over the same scene and points with the same settings but for
   /// their bounds, or but for the camera and the frame of a sequence (RenderSettings::guide_cameras); null: new ones
@@ -109,7 +109,7 @@ class Job {
   /// Finished share of the work, in [0, 1]: by samples, or by time if the time limit ends it first. That time includes
   /// what follows the job.
   double progress() const;
-  /// Passes (camera samples of every pixel) done so far, of those of settings().sample_range().
+  /// Passes (camera samples of every pixel) done so far, of settings().sample_range().
   std::uint32_t passes() const { return passes_; }
   /// The work under way.
   enum class Step { photons, map, waiting, picture, rounds };
@@ -146,7 +146,7 @@ class Job {
   double photon_variance() const { return photon_variance_; }
   /// For the next Job.
   std::shared_ptr<JobMaps> maps() const { return made_; }
-  /// The same for a Job of the next slice of time, which adds its samples to those of this one.
+  /// The same for a Job of the next slice of time, which adds its samples to this one's.
   std::shared_ptr<JobMaps> maps_for_next_slice() const;
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
@@ -228,7 +228,7 @@ class Job {
   /// Reduces the automatic numbers of photons and gather rays to what the time limit leaves room for. Not for renders
   /// by several processes.
   void fit_to_time();
-  /// Wall seconds of a task like those of the picture, for each camera sample of a pixel, with the maps as they are.
+  /// Wall seconds of a typical task of the picture, for each camera sample of a pixel, with the present maps.
   double measure_slot();
   /// @param next_s estimated seconds of the next piece of work
   bool should_stop(double next_s);

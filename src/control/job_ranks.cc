@@ -95,7 +95,7 @@ bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t sample
 }
 
 void Job::work_for_rank_0() {
-  CrewMember member(ranks_);
+  RankWorker member(ranks_);
   member.introduce(key());
   pass_ = pass_settings();
   const auto work = [&](const CameraTask& task) {

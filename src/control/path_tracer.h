@@ -14,8 +14,8 @@ namespace glowworm {
 
 /// Traces all samples of the tasks, over pixels or points, with unidirectional path tracing, next-event estimation and
 /// multiple importance sampling (balance heuristic, Veach 1997, chapter 9).
-/// Light is divided into the parts of photon mapping: emitted (seen through sharp bounces only), direct, caustic
-/// (light, sharp bounces, gather point), indirect (the rest). Sizes both outputs. The result does not depend on the
+/// Light is divided into the parts of photon mapping: emitted (seen through specular bounces only), direct, caustic
+/// (light, specular bounces, gather point), indirect (the rest). Sizes both outputs. The result does not depend on the
 /// number of threads.
 /// @param maps of PhotonChoice::unseen_by_paths; null: without that light
 void trace_paths(const Tracer& tracer, const View& view, CameraTasks tasks, const RenderSettings& settings,

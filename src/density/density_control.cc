@@ -31,7 +31,7 @@ struct Neighbourhood {
   float area = 0;  ///< of the disc that holds them, m^2
 };
 
-/// Flux during redistribution, in double precision, because a photon may receive that of many.
+/// Flux during redistribution, in double precision, because a photon may receive the flux of many.
 struct Flux {
   double r = 0, g = 0, b = 0;
 };

@@ -12,7 +12,7 @@ namespace {
 /// Targets of a piece of parallel work.
 constexpr std::size_t kTargetsAtOnce = 8;
 
-/// Points in the order of their targets: those of target t are order[first[t]] to order[first[t + 1] - 1].
+/// Points in the order of their targets: target t has order[first[t]] to order[first[t + 1] - 1].
 struct PointsOfTargets {
   std::vector<std::uint32_t> first, order;
 

@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kSampleGrain = 512;
 constexpr std::uint32_t kLeafSize = 8;
 
-/// The places of query points of both sets, those of the first set first.
+/// The places of query points of both sets, the first set first.
 std::vector<Vec3> places_of(const QueryPoints& first, const QueryPoints& second) {
   std::vector<Vec3> out(first.position.begin(), first.position.end());
   out.insert(out.end(), second.position.begin(), second.position.end());

@@ -14,7 +14,7 @@ namespace glowworm {
 
 /// Photons with their kernels, chosen from all.
 struct PhotonSample {
-  PhotonBatch photons;  ///< their flux: that of the map, W
+  PhotonBatch photons;  ///< with their flux in the map, W
   RadiusPolicy policy;  ///< with their radii and cuts, and without an order
   float each = 1;       ///< for how many of all photons each of them stands
 };

@@ -45,7 +45,7 @@ class VolumeMap {
   /// Bytes of an index of so many photons or beams, at most.
   static std::uint64_t photon_bytes(std::size_t photons);
   static std::uint64_t beam_bytes(std::size_t beams);
-  /// Bytes that estimate() takes for so many segments, beside those of each thread.
+  /// Bytes that estimate() takes for so many segments, beside the memory of each thread.
   static std::uint64_t segment_bytes(std::size_t segments);
 
  private:

@@ -41,7 +41,7 @@ struct ImageFileHeader {
   int alpha_channel = -1;  ///< -1: none
   SampleType type = SampleType::single;
   TransferFunction transfer;     ///< of the colour channels; alpha is always linear
-  bool other_primaries = false;  ///< the file says that its colours are not those of Rec. 709
+  bool other_primaries = false;  ///< the file says that its primaries are not Rec. 709's
   std::vector<std::string> channel_names;
   int rows_at_once = 0;                         ///< number of rows held and decoded at once when reading by bands
   std::map<std::string, std::string> metadata;  ///< text attributes

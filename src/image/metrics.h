@@ -25,7 +25,7 @@ inline constexpr std::size_t kComparisonBytes = 4 * sizeof(RGB) + 2 * sizeof(dou
 
 /// Compares the beauty of two pictures of equal size. Throws Error if the sizes differ, a picture has no R, G, B, or no
 /// pixel is finite in both. The
-/// ratio of two zeros is 1; that of one and zero is infinite.
+/// ratio of two zeros is 1; the ratio of one and zero is infinite.
 /// @param left_out_share share in [0, 1) of the pixels to exclude from mse and relative_mse, so that a few fireflies of
 /// a noisy reference have no effect; each measure excludes the pixels with its largest errors
 ImageComparison compare_images(const Image& image, const Image& reference, double left_out_share = 0);

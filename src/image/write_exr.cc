@@ -25,7 +25,7 @@ namespace glowworm {
 
 namespace {
 
-/// Rows that are encoded at once: those of several blocks of ZIP compression.
+/// Rows that are encoded at once: several blocks of ZIP compression.
 constexpr int kRowsAtOnce = 64;
 /// The range of normal numbers of 16 bits.
 constexpr float kLeastHalf = 0x1p-14f, kMaxHalf = 65504;

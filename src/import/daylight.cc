@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kSolarConstant = 1367;   // W m^-2, that of the model's authors
+constexpr double kSolarConstant = 1367;   // W m^-2, as the model's authors take it
 constexpr double kPrecipitableWater = 2;  // cm, where none is measured
 constexpr double kTwilight = -6;          // degrees: civil twilight, when the sky gives light without the sun
 /// The range of the model, as in Radiance's gendaylit. Beyond it, as with a bright sky and the sun on the horizon, the

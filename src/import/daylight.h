@@ -42,7 +42,7 @@ struct PerezSky {
 std::optional<PerezSky> perez_sky(const SkyMoment& moment, const SolarIrradiance& measured);
 
 /// Replaces the environment by perez_sky(), and adds the sun as a directional light. The sky's horizontal illuminance
-/// is exactly that of the diffuse irradiance; without any, it is black. Throws Error where there is no sky.
+/// is exactly the diffuse irradiance; without any, it is black. Throws Error where there is no sky.
 /// @param ground reflectance of the ground, which reflects the light of sun and sky
 void add_perez_sky(const SkyMoment& moment, const SolarIrradiance& measured, double ground, SceneDescription& scene);
 

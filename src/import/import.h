@@ -28,7 +28,7 @@ struct Moment {
   double seconds = 0;     ///< of that animation
 };
 
-/// A moment of a frame: its own, or that of a slice of the time for which the shutter is open.
+/// A moment of a frame: its own, or the moment of a slice of the time for which the shutter is open.
 struct FrameMoment {
   std::uint32_t frame = 0, slice = 0;  ///< slice 0: the frame's own moment; others are counted from 1
 
@@ -43,7 +43,7 @@ struct SceneMotion {
   std::string camera;                ///< name; empty: the file's first
   double start = 0;                  ///< moment of frame 0, s
   double frames_per_second = 24;     ///< frame i is the moment start + i / frames_per_second
-  std::uint32_t frames = 0;          ///< the fewest; the import raises it to those of the whole animation
+  std::uint32_t frames = 0;          ///< the fewest; the import raises it to the whole animation
   bool is_still = false;             ///< there is no other frame than the first
   std::optional<Shutter> shutter;    ///< empty: the import sets what the file asks for, if anything
   std::uint32_t slices = 1;          ///< of the time of the shutter
@@ -53,7 +53,7 @@ struct SceneMotion {
 
   /// Slices of each frame; 0: its moment alone is shown.
   std::uint32_t slice_count() const { return shutter && shutter->close > shutter->open ? slices : 0; }
-  /// Raises the frames to those of the whole animation, unless it is a still.
+  /// Raises the frames to the whole animation, unless it is a still.
   void cover_length();
   /// Seconds of a moment.
   double seconds(FrameMoment moment) const;
@@ -86,7 +86,7 @@ struct ImportOptions {
   std::shared_ptr<TextureLibrary> textures = {};
 };
 
-/// Whether the name is that of a built-in scene, "builtin:NAME", known or not.
+/// Whether the name means a built-in scene, "builtin:NAME", known or not.
 bool is_builtin(std::string_view path_or_builtin);
 
 /// Whether the file's format has animations that the import reads.

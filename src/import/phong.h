@@ -24,7 +24,7 @@ struct PhongTexture {
   float base = 0, gain = 1;        ///< its colours are base + gain * colour
 };
 
-/// A material as given in a file. Defaults are those of MTL.
+/// A material as given in a file, with MTL's defaults.
 struct PhongMaterial {
   std::string name;
   RGB diffuse{0.6f}, specular{0.0f}, emissive{0.0f};

@@ -100,7 +100,7 @@ class EarCutter {
       if (!blocks_[i]) continue;  // cut off since
       blockers_[kept++] = i;
       const Point p = flat_[i];
-      // Corners that coincide with those of the ear are the ends of a bridge to a hole.
+      // Corners that coincide with the ear's are the ends of a bridge to a hole.
       if (!empty || same(p, a) || same(p, b) || same(p, c)) continue;
       empty = turn(a, b, p) < 0 || turn(b, c, p) < 0 || turn(c, a, p) < 0;
     }

@@ -26,12 +26,12 @@ struct SceneChanges {
   Moment moment;                                ///< of a file that moves; open_scene() reads the file with it
   bool expand_instances = false;                ///< into copies of their meshes
   bool studio_light = true;                     ///< where the scene has no light
-  float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: that of each camera
-  std::optional<CameraKind> projection;         ///< of all cameras; those of angles show 180 degrees by default
+  float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: each camera's own
+  std::optional<CameraKind> projection;         ///< of all cameras; angular ones show 180 degrees by default
   float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::vector<std::string> materials;           ///< replacements, as change_material() reads them
-  std::string view_file;                        ///< of Radiance; its cameras stand before those of the scene
+  std::string view_file;                        ///< of Radiance; its cameras stand before the scene's
   bool luminous_openings = true;                ///< luminaires have the size that their files say; else they are points
   std::optional<std::array<Vec3d, 2>> look_at;  ///< eye and target, metres; it replaces the first camera
 };

@@ -25,7 +25,7 @@ struct alignas(32) CompactRow {
 
 /// Sorts rows so that every aligned run of 8, 16, 32, ... of them is compact: divides them along the coordinate with
 /// the largest spread, with a power of two of blocks in the first part, and continues with both parts. Rows with the
-/// same coordinate keep their order. The order is the same on every instruction set. (Runs on that of set_simd().)
+/// same coordinate keep their order. The order is the same on every instruction set. (set_simd() chooses the set.)
 /// @param scratch working memory for as many rows
 /// @param column  working memory for as many numbers, rounded up to a multiple of 8
 void compact_sort(std::span<CompactRow> rows, std::span<CompactRow> scratch, std::span<float> column);

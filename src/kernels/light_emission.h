@@ -19,7 +19,7 @@ struct EmissionChoices {
   const float* square[2] = {};          ///< numbers in [0, 1) for the direction
 };
 
-/// Emitting triangles; arrays like those of EmissionChoices, three of them for x, y and z of a vector.
+/// Emitting triangles; arrays as in EmissionChoices, three of them for x, y and z of a vector.
 struct EmittingTriangles {
   const float* corner[3] = {};               ///< first vertex, metres
   const float* edges[6] = {};                ///< from there to the second and third
@@ -37,7 +37,7 @@ struct DistantLight {
   float radius = 0;                 ///< of the scene, metres
 };
 
-/// Arrays like those of EmissionChoices.
+/// Arrays as in EmissionChoices.
 struct EmittedRays {
   float* origin[3] = {};     ///< metres
   float* direction[3] = {};  ///< unit

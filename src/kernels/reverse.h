@@ -74,7 +74,7 @@ struct ReverseSubtreeView {
   std::uint32_t first_point = 0;              ///< of the part
   const float* points = nullptr;              ///< A_R from first_point on
   float* sums = nullptr;                      ///< A_W from first_point on; only used by reverse_sum()
-  const ReverseLeafBounds* bounds = nullptr;  ///< by node minus root; only those of leaves are read
+  const ReverseLeafBounds* bounds = nullptr;  ///< by node minus root; only the leaves' are read
 };
 
 /// Photons, A_P, in structure-of-arrays form, with kReversePadding more elements.

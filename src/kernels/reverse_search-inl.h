@@ -185,7 +185,7 @@ void search_batch(const ReverseSubtreeView& part, const ReversePhotons& photons,
       now = stack[--depth];
       continue;
     }
-    // The list of the right child replaces that of the node; the list of the left child follows it.
+    // The list of the right child replaces the node's; the list of the left child follows it.
     const int axis = node.axis();
     const float split = node.split();
     std::uint8_t *right = lists + now.first, *left = lists + now.first + now.count;

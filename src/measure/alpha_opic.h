@@ -24,7 +24,7 @@ using AlphaOpic = std::array<double, kAlphaOpicCount>;
 /// Efficacies of a spectrum's light, W/lm: irradiance of each response for an illuminance of 1 lx. Throws Error for a
 /// spectrum without visible light.
 AlphaOpic alpha_opic_efficacy(const SampledSpectrum& spectrum);
-/// Equivalent daylight illuminance of an irradiance of one response, lx: that of D65 with the same irradiance.
+/// Equivalent daylight illuminance of an irradiance of one response, lx: the illuminance of D65 that has it, too.
 double equivalent_daylight(double irradiance, std::size_t response);
 
 /// A lamp's name, and its spectrum as spectrum_of_text() reads it.

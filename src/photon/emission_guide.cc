@@ -16,7 +16,7 @@ constexpr int kBins = 16;  // candidate planes along an axis
 constexpr std::size_t kMinHits = 16;
 /// A split must gain this many times the best gain expected from chance.
 constexpr double kSignificance = 6;
-/// Weight of the larger cell's mean against that of the cell itself, in paths.
+/// Weight of the larger cell's mean against the cell's own, in paths.
 constexpr double kPrior = 8;
 constexpr int kDeepest = 48;
 constexpr float kBelowOne = 0x1.fffffep-1f;
@@ -51,7 +51,7 @@ class EmissionGuide::Learner {
     nodes = nodes_;
   }
 
-  /// Mean score by the density of the nodes over that of the uniform one.
+  /// Mean score by the density of the nodes over the mean score of the uniform density.
   double gain() const {
     double guided = 0, uniform = 0;
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
@@ -96,7 +96,7 @@ class EmissionGuide::Learner {
       for (int b = 1; b < kBins; ++b) {
         left += bins[a][b - 1];
         const double share = static_cast<double>(b) / kBins, of = left / whole;
-        // Squared mean scores, weighted by volume, relative to those of the cell as a whole.
+        // Squared mean scores, weighted by volume, relative to the cell as a whole.
         const double gain = of * of / share + (1 - of) * (1 - of) / (1 - share) - 1;
         if (gain > best.gain && gain > fewest)
           best = {a, node.low[a] + (node.high[a] - node.low[a]) * static_cast<float>(share), gain};

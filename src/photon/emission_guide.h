@@ -39,12 +39,12 @@ class EmissionGuide {
   float warp(EmissionNumbers& numbers) const;
   float density(const EmissionNumbers& numbers) const;
 
-  /// Mean score of guided paths divided by that of unguided ones, from the pilot paths.
+  /// Mean score of guided paths over the mean score of unguided ones, from the pilot paths.
   double gain() const { return gain_; }
   std::size_t cell_count() const { return (nodes_.size() + 1) / 2; }
 
   void write(ByteWriter& out) const;
-  /// Throws Error if the bytes are not those of write().
+  /// Throws Error if write() cannot have made the bytes.
   static EmissionGuide read(ByteReader& in);
 
  private:

@@ -28,7 +28,7 @@ class ImportanceGrid {
   float cell() const { return cell_; }
 
   void write(ByteWriter& out) const;
-  /// Throws Error if the bytes are not those of write().
+  /// Throws Error if write() cannot have made the bytes.
   static ImportanceGrid read(ByteReader& in);
 
  private:

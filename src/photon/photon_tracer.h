@@ -44,7 +44,7 @@ struct PhotonPassSettings {
   int max_bounces = kNoBounceLimit;
   const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
   const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
-  /// Store photons on black, sharp and transparent surfaces, too, for irradiance, which no material changes. Pictures
+  /// Also store photons on black, specular and transparent surfaces, for irradiance, which needs no material. Pictures
   /// look up none there.
   bool on_all_surfaces = false;
   bool keep_sources = false;  ///< fill PhotonPass::global_source and caustic_source
@@ -66,7 +66,7 @@ struct FluxBalance {
 /// Photons of one pass. Flux is already divided by the number of emitted paths.
 struct PhotonPass {
   PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
-  PhotonBatch caustic;  ///< those with at least one bounce and only sharp ones; a passage of a pane does not count
+  PhotonBatch caustic;  ///< those with at least one bounce and only specular ones; a passage of a pane does not count
   std::vector<PhotonSegment> segments;  ///< by PhotonPassSettings::discs
   /// Photons in media, after one bounce or more: light samples bring light straight from lamps.
   VolumePhotons in_media;

@@ -151,7 +151,7 @@ class LightTree::Builder {
     build(child + 1, half, last, way | (std::uint64_t{1} << depth), depth + 1);
   }
 
-  /// Reorders the lights so that those of the left child come first. Returns the first index of the right child.
+  /// Reorders the lights so that the left child's come first. Returns the first index of the right child.
   std::size_t split(const LightBounds& bounds, const Box3& centers, std::size_t first, std::size_t last, int depth) {
     double best = std::numeric_limits<double>::infinity();
     int best_axis = -1, best_bucket = 0;

@@ -34,7 +34,7 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
 /// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise
 /// of one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let
-/// light leak. The largest number is that of the usual samples; more samples take more photons, up to kMostPhotons, so
+/// light leak. The largest number suits the usual samples; more samples take more photons, up to kMostPhotons, so
 /// that the bias of the map falls with the noise of the rays.
 constexpr double kRaysPerPhoton = 32;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 4'000'000;

@@ -84,13 +84,13 @@ struct RenderSettings {
   Integrator integrator = Integrator::gather;
   std::string engine = "auto";
   std::uint32_t samples = 0;  ///< camera samples of each pixel, of all shares together
-  SampleShare part;           ///< the share of them to render; all else is that of the whole render
+  SampleShare part;           ///< the share of them to render; all else describes the whole render
   /// The slice of the time of an open shutter that is rendered: its share of the samples of the whole render. The film
   /// holds those of the slices before (JobMaps::rows).
   SampleShare slice;
-  std::uint32_t photon_stream = 0;  ///< selects the photons among those of the seed: each moving slice has its own
-  std::string share;                ///< folder for share/share_folder.h; empty: none
-  std::uint32_t gather = 0;         ///< final gather rays of each camera sample
+  std::uint32_t photon_stream = 0;                ///< selects the photons of the seed: each moving slice has its own
+  std::string share;                              ///< folder for share/share_folder.h; empty: none
+  std::uint32_t gather = 0;                       ///< final gather rays of each camera sample
   std::uint32_t default_gather = kDefaultGather;  ///< the same where `gather` is automatic and time is not short
   std::uint64_t photons = 0;                      ///< photons in the global map
   std::uint64_t thinned = 0;                      ///< how many of them density control leaves; 0: all
@@ -102,7 +102,7 @@ struct RenderSettings {
   std::uint32_t reorder = 0;  ///< engine forward: points in an octree cell that is not divided; 0: automatic
   int width = 0, height = 0;  ///< pixels of the whole picture
   CropWindow crop;            ///< the part of the picture to render; empty: what the scene's file asks for
-  PixelBounds bounds;         ///< the same in pixels; empty: those of `crop`
+  PixelBounds bounds;         ///< the same in pixels; empty: by `crop`
   std::string camera;         ///< name; empty is the scene's first
   /// Cameras that see what photons and gather rays are guided to: those along the way of a sequence of frames, whose
   /// frames then share maps and guides. Names; empty: `camera` alone.
@@ -150,7 +150,7 @@ struct RenderSettings {
   std::uint32_t sample_seed() const { return frame == 0 ? seed : hash_combine(seed, frame); }
 };
 
-/// Names for RenderSettings::guide_cameras: at most 16, evenly spaced among those of all frames.
+/// Names for RenderSettings::guide_cameras: at most 16, evenly spaced among all frames.
 std::vector<std::string> guide_cameras(const std::vector<std::string>& names);
 
 /// Whether the render filters its image.

@@ -64,7 +64,7 @@ void warn_of_late_rank(const Ranks& ranks, int rank, double seconds, const char*
                   name_of(ranks, rank), seconds, others));
 }
 
-/// Adds the film of a result to those of the render; ignores other messages.
+/// Adds the film of a result to the render; ignores other messages.
 void put_result(const Message& message, const Crew::Work& work) {
   Unpacker in(message);
   if (in.take<Kind>() != Kind::result) return;
@@ -333,13 +333,13 @@ void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film&
     throw Error("a rank sent the film of another task");
 }
 
-void CrewMember::introduce(const RenderKey& key) {
+void RankWorker::introduce(const RenderKey& key) {
   Packer out(Kind::key);
   out.put_text(key_text(key));
   ranks_->send(0, out.take(), kSendSeconds);
 }
 
-void CrewMember::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
+void RankWorker::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
                       const std::function<bool()>& ended) {
   try {
     begin();

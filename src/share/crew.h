@@ -91,9 +91,9 @@ class Crew {
 void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film);
 
 /// The side of all other ranks.
-class CrewMember {
+class RankWorker {
  public:
-  explicit CrewMember(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
+  explicit RankWorker(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
 
   /// Tells rank 0 which render this is, for Crew::check().
   void introduce(const RenderKey& key);

@@ -16,7 +16,7 @@ namespace glowworm {
 
 /// Keeps each piece of the work as a file of the folder. A process that makes a piece holds a claim: a file that it
 /// touches again and again, and removes at the end. A claim whose time of change stays the same while another process
-/// waits is that of a dead process, and the other takes it over; clocks are not compared. Two processes may still make
+/// waits belongs to a dead process, and the other takes it over; clocks are not compared. Two processes may still make
 /// the same piece: claims save work, and pieces are the same bytes whatever process makes them.
 ///
 /// Files that are damaged are made again, with a warning. If the folder cannot be written, the first failure is a

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kLampsAtOnce = 256;
 
-/// In double precision, so that rounding is only that of the vertices.
+/// In double precision, so that only the vertices are rounded.
 struct Point {
   double x, y, z;
 };

@@ -87,7 +87,7 @@ void set_ray(RayPacket& packet, std::size_t i, const Ray& ray) {
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(valid, s, c, p); }
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(valid, s, c, p); }
 
-/// Traces `count` rays in packets. @param context_of context_of(first, n) is that of rays [first, first + n)
+/// Traces `count` rays in packets. @param context_of(first, n) returns the context of rays [first, first + n)
 /// @param ray_of ray_of(i) returns ray i @param found found(i, Hit) takes its hit
 template <typename Packet, std::size_t kWidth, typename ContextOf, typename RayOf, typename Found>
 void intersect_packets(const Tracer::Implementation& self, std::size_t count, ContextOf&& context_of, RayOf&& ray_of,

@@ -22,7 +22,7 @@ inline constexpr int kNoBounceLimit = 1 << 20;
 inline constexpr float kLeastOfPhotons = 1;
 /// The path tracer does the same once a few bounces have made paths cheap.
 inline constexpr float kLeastOfPaths = 0.25f;
-/// Chains of sharp bounces between a pixel and what it shows are few and cheap, so that noise counts more.
+/// Chains of specular bounces between a pixel and what it shows are few and cheap, so that noise counts more.
 inline constexpr float kLeastOfChains = 1.0f / 16;
 
 /// The probability of bounce `bounces` (the first is 1) for a path that has made the one before, by its length alone.

@@ -32,7 +32,7 @@ class LitSegment {
   SegmentLight sample(const Scene& scene, Vec2 u_lamp, Vec2 u_place) const;
   /// Samples a lamp, and a place by the transmittance, in any medium; a pdf of 0: none. Use it with `always`.
   SegmentLight sample_by_transmittance(const Scene& scene, Vec2 u_lamp, Vec2 u_place) const;
-  /// The density of sample() over that of light samples at places that the transmittance samples.
+  /// The density of sample() over the density of light samples at places that the transmittance samples.
   /// @param source counted as in Scene::light_power() @param distance of the place @param lamp point of the lamp
   float ratio(const Scene& scene, std::uint32_t source, float distance, Vec3 lamp) const;
 

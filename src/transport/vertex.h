@@ -38,7 +38,7 @@ void resolve_material(const Scene& scene, Vertex& vertex, RGB& throughput, Numbe
   if (vertex.bsdf.dispersion > 0) throughput *= choose_wavelength(vertex.bsdf, throughput, number());
 }
 
-/// The probability with which a path takes the broad lobes of a vertex and not the sharp ones: by their albedos.
+/// The probability with which a path takes the broad lobes of a vertex and not the specular ones: by their albedos.
 float broad_probability(const Vertex& vertex);
 
 /// If a ray has hit a surface that emits nothing and only reflects diffusely, as most do, fills `point` at a fraction

@@ -225,7 +225,7 @@ TEST(SharedRender, FilmsOfOtherTasksAreRefused) {
   const auto packed = [&](const CameraTask& task) {
     const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
     std::thread rank(
-        [&] { CrewMember(ranks[1]).work([] {}, [&](const CameraTask&) { return kind; }, [] { return false; }); });
+        [&] { RankWorker(ranks[1]).work([] {}, [&](const CameraTask&) { return kind; }, [] { return false; }); });
     Crew crew(ranks[0]);
     bool given = false;
     std::vector<std::byte> film;
@@ -255,7 +255,7 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   const auto first = job_of(stage, settings, ranks[0]), second = job_of(stage, settings, ranks[1]);
   // A rank that takes a task and fails.
   std::thread third([&] {
-    CrewMember member(ranks[2]);
+    RankWorker member(ranks[2]);
     member.introduce(render_key(*stage.scene, first->settings()));
     member.work([] {}, [](const CameraTask&) -> Film { throw Error("no more power"); }, [] { return false; });
   });
@@ -419,7 +419,7 @@ TEST(SharedRender, ARankThatComesLateTakesPart) {
               HasSubstr("rank 1 on node has not answered for 0.01 s; others begin"));
   std::thread rank([&] {
     agree_on_instruction_sets(*ranks[1]);
-    CrewMember member(ranks[1]);
+    RankWorker member(ranks[1]);
     member.introduce(key);
     member.work([] {}, [](const CameraTask&) { return Film({0, 0, 16, 16}); }, [] { return false; });
   });

@@ -97,7 +97,7 @@ class Server {
   }
 
   void read(const ReaderRequest& request, int descriptor, ReaderAnswer& answer) {
-    // The descriptor is always that of the same memory.
+    // The descriptor always names the same memory.
     if (request.bytes > mapped_bytes_) {
       if (samples_) munmap(samples_, mapped_bytes_);
       samples_ = mmap(nullptr, request.bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);

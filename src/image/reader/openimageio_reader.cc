@@ -81,7 +81,7 @@ ImageFileHeader header_of(const OIIO::ImageSpec& spec) {
   header.other_primaries = has_other_primaries(spec);
   header.channel_names = spec.channelnames;
   for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    // Version 2.4 reads those of ICC profiles beyond the end of damaged ones.
+    // Version 2.4 reads beyond the end of damaged ICC profiles.
     if (attribute.type() == OIIO::TypeDesc::STRING && !attribute.name().string().starts_with("ICC"))
       header.metadata[attribute.name().string()] = attribute.get_string();
   }

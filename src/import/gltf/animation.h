@@ -28,7 +28,7 @@ struct GltfNodeValues {
 /// How values between two keys arise (glTF 2.0, appendix C).
 enum class GltfInterpolation { step, linear, cubic };
 
-/// The value of a channel at a time. Before the first key and after the last, it is that of the key.
+/// The value of a channel at a time. Before the first key and after the last, the key's value holds.
 /// @param times of the keys, s, ascending; at least one
 /// @param values of the keys, `width` numbers each; cubic: tangent, value and tangent of each
 /// @param rotation the values are quaternions: linear interpolation follows the shorter arc, and the result is unit
@@ -38,7 +38,7 @@ std::vector<float> gltf_value_at(std::span<const float> times, std::span<const f
 /// Seconds of an animation up to its last key. @param name as animate() takes it
 double animation_seconds(const GltfDocument& document, const std::string& name);
 
-/// Sets the values that an animation moves to those of a moment, by channels of nodes or by KHR_animation_pointer.
+/// Sets the values that an animation moves to a moment, by channels of nodes or by KHR_animation_pointer.
 /// @param name of the animation, or its number from 0; empty: the first, if there is one
 /// Throws Error, which lists the animations, for an unknown name, and if an animation has too few numbers.
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& values);

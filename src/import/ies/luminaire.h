@@ -8,7 +8,7 @@
 
 namespace glowworm {
 
-/// Whether a file's ending is that of a photometric file: .ies or .ldt, in any case.
+/// Whether a file's ending says that it is photometric: .ies or .ldt, in any case.
 bool is_photometric_file(const std::string& path);
 
 /// One of the sets of lamps that a luminaire may have.

@@ -49,7 +49,7 @@ Polygons prism(const std::vector<Vec2>& outline, int axis, float height) {
   return faces;
 }
 
-/// A box with the axis of its least size as that of the prism.
+/// A box; its shortest axis becomes the axis of the prism.
 Polygons box(Vec3 size) {
   const int axis = size.z <= size.x && size.z <= size.y ? 2 : size.x <= size.y ? 0 : 1;
   const float u = size[(axis + 1) % 3] / 2, v = size[(axis + 2) % 3] / 2;

@@ -179,7 +179,7 @@ std::string metal_of(const PbrtParameter& parameter, std::string_view ending) {
   return std::string(name.substr(kPrefix.size(), name.size() - kPrefix.size() - ending.size()));
 }
 
-/// The spectrum of one of a conductor's two parameters; that of copper if not given; empty if it is a colour.
+/// The spectrum of one of a conductor's two parameters; copper's if not given; empty if it is a colour.
 std::optional<SampledSpectrum> index_spectrum(PbrtContext& context, const PbrtParameters& parameters,
                                               const PbrtParameter* parameter, bool is_k) {
   const auto of = [&](const MetalSpectra& metal) { return is_k ? metal.k : metal.eta; };

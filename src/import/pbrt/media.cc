@@ -212,7 +212,7 @@ class MediumBuilder {
     finish(cloud_grid(cloud, *medium_.bounds, *context_.budget));
   }
 
-  /// A grid of a NanoVDB file. The medium's own coordinates are those of its voxels.
+  /// A grid of a NanoVDB file. The medium's own coordinates count its voxels.
   void file_grid() {
     coefficients(RGB(1.0f), RGB(1.0f));
     const std::string path = context_.resolve(parameters_.string("filename", ""), parameters_.place());

@@ -15,7 +15,7 @@ struct TypeName {
   PbrtType type;
 };
 
-// The first name of each type is that of pbrt-v4.
+// The first name of each type is pbrt-v4's.
 constexpr std::array kTypeNames = {
     TypeName{"bool", PbrtType::boolean},      TypeName{"integer", PbrtType::integer},
     TypeName{"float", PbrtType::real},        TypeName{"point2", PbrtType::point2},

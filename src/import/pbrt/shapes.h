@@ -14,7 +14,7 @@ std::optional<PbrtMesh> make_shape(PbrtContext& context, const std::string& kind
                                    bool emissive);
 
 /// Loop subdivision (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987) with boundaries. Vertices are moved
-/// to the limit surface, and normals are those of it. A mesh with an edge of more than two triangles is returned
+/// to the limit surface, and take its normals. A mesh with an edge of more than two triangles is returned
 /// unchanged.
 /// @param levels each level divides every triangle into four
 Geometry loop_subdivide(const Geometry& control, int levels);

@@ -31,7 +31,7 @@ PbrtMesh tessellate_cylinder(float radius, float z_min, float z_max, float phi_m
 
 /// Appends to `mesh` a bilinear patch with corners p(0,0), p(1,0), p(0,1), p(1,1): two triangles if it is flat,
 /// otherwise a grid of 16 x 16 x 2. `normals` and `uvs` of the corners, in this order, are empty or four. A curved
-/// patch without given normals gets those of the surface.
+/// patch without given normals gets the surface's.
 void append_bilinear_patch(const Vec3 (&corner)[4], const std::vector<Vec3>& normals, const std::vector<Vec2>& uvs,
                            PbrtMesh& mesh);
 

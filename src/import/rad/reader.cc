@@ -24,7 +24,7 @@ namespace glowworm {
 
 namespace {
 
-/// Copies that commands may ask for: far above those of real scenes, and few enough to end.
+/// Copies that commands may ask for: far more than real scenes have, and few enough to end.
 constexpr std::size_t kMostCopies = 10'000'000;
 constexpr std::size_t kMostLevels = 32;  ///< of files that include files
 
