@@ -10,6 +10,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/rgb.h"
 #include "density/knn.h"
 
 namespace glowworm {
@@ -29,6 +30,8 @@ constexpr std::size_t kRadiusGrain = 64, kItemGrain = 1024;
 // Lone photons blur over no more than this multiple of the median radius, or this share of their box's diagonal,
 // whichever is larger.
 constexpr float kMostMedians = 8, kMostOfDiagonal = 1.0f / 16;
+// Beams of more flux than the median are wider, as the root of their flux, by at most this.
+constexpr float kMostWider = 8;
 // Where photons are densest, in a focus or at a lamp, radii are no smaller than this share of the median.
 constexpr float kLeastOfMedian = 1.0f / 32;
 
@@ -151,6 +154,7 @@ class BeamCutter {
   /// @param crossing beams that cross a sphere of the radius
   BeamCutter(const VolumeBeams& all, std::span<const std::uint32_t> mine, double crossing)
       : beams_(all), mine_(mine), parts_((mine.size() + kItemGrain - 1) / kItemGrain) {
+    set_median_flux();
     double length = 0;
     for (const std::uint32_t i : mine) length += length_of(i);
     const double beams = static_cast<double>(mine.size()), step = length / (kMeanPieces * beams);
@@ -213,6 +217,7 @@ class BeamCutter {
 
   void cut(std::uint32_t i, PiecesOfBeams& part) const {
     const float length = length_of(i);
+    const float wider = wider_of(i);
     float begin = 0, radius = field_->at(place(i, 0));
     for (;;) {
       // Halfway beams may be denser, so the piece is shorter.
@@ -220,11 +225,26 @@ class BeamCutter {
       const float end = begin + radii_ * std::min(radius, halfway);
       const bool last = !(end < length) || end == begin;
       part.end.push_back(last ? length : end);
-      part.radii.push_back(halfway);
+      part.radii.push_back(halfway * wider);
       if (last) return;
       begin = end;
       radius = halfway;
     }
+  }
+
+  void set_median_flux() {
+    std::vector<float> flux;
+    for (const std::uint32_t i : mine_)
+      if (is_finite(beams_.flux[i])) flux.push_back(luminance(beams_.flux[i]));
+    const auto middle = flux.begin() + static_cast<std::ptrdiff_t>(flux.size() / 2);
+    std::nth_element(flux.begin(), middle, flux.end());
+    median_flux_ = middle != flux.end() ? *middle : 0.0f;
+  }
+  /// Guided emission leaves a few beams with most of the flux, which would be seen as streaks.
+  float wider_of(std::uint32_t i) const {
+    const float flux = luminance(beams_.flux[i]);
+    if (!(median_flux_ > 0) || !(flux > median_flux_)) return 1;
+    return std::min(std::sqrt(flux / median_flux_), kMostWider);
   }
 
   float length_of(std::size_t i) const {
@@ -237,6 +257,7 @@ class BeamCutter {
   std::optional<RadiusField> field_;
   float radii_ = 0;  // length of a piece
   double crossed_ = 0;
+  float median_flux_ = 0;
   std::vector<PiecesOfBeams> parts_;
 };
 
