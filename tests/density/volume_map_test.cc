@@ -181,6 +181,20 @@ TEST(VolumeBeamPieces, HaveSoManyPartsThatAMeanSegmentCrossesKBeamsOfEach) {
   }
 }
 
+TEST(VolumeBeamPieces, AreWiderAsTheRootOfTheirFlux) {
+  VolumeBeams beams = cube_beams(600);
+  for (RGB& flux : beams.flux) flux = RGB(0.5f);
+  const BeamPieces even = volume_beam_pieces(beams, 5);
+  beams.flux[100] *= 16;
+  beams.flux[200] *= 0.5f;
+  beams.flux[300] *= 1e6f;
+  const BeamPieces pieces = volume_beam_pieces(beams, 5);
+  ASSERT_EQ(pieces.first, even.first);
+  for (std::uint32_t i = 0; i < beams.size(); ++i)
+    for (std::uint32_t piece = pieces.first[i]; piece < pieces.first[i + 1]; ++piece)
+      EXPECT_NEAR(pieces.radii[piece] / even.radii[piece], i == 100 ? 4 : i == 300 ? 8 : 1, 1e-3) << i;
+}
+
 /// Each segment alone, and all of them by one and by three threads.
 template <class Map>
 void expect_same_bits(const Map& map) {
