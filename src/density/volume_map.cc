@@ -103,7 +103,7 @@ void sort_keys(LargeVector<SegmentKey>& keys) {
 }
 
 /// The part of a medium that a segment meets.
-VolumeIndex::Key part_of(const VolumeIndex& index, const SegmentMedium& medium) {
+VolumeIndex::Key chosen_part(const VolumeIndex& index, const SegmentMedium& medium) {
   const std::uint32_t parts = index.parts(medium.index);
   return {medium.index, static_cast<std::uint32_t>(double{medium.random} * parts)};
 }
@@ -117,7 +117,7 @@ LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSe
   parallel_for_each(segments.size(), kSegmentGrain, [&](std::size_t i) {
     keys[i] = {0, kNoMedium, static_cast<std::uint32_t>(i)};
     if (!counts(segments, i)) return;
-    const VolumeIndex::Key wanted = part_of(index, segments.medium[i]);
+    const VolumeIndex::Key wanted = chosen_part(index, segments.medium[i]);
     const auto found = std::lower_bound(media.begin(), media.end(), wanted,
                                         [](const auto& medium, VolumeIndex::Key key) { return medium.key < key; });
     if (found == media.end() || found->key != wanted) return;

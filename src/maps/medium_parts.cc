@@ -68,13 +68,13 @@ bool is_within_bounds(const Medium& medium, Vec3 center, float radius) {
 using KernelRays = std::array<Ray, kRaysOfKernel>;
 
 /// Two random numbers of a kernel.
-Vec2 numbers_of(std::size_t kernel) {
+Vec2 kernel_numbers(std::size_t kernel) {
   const std::uint32_t key = hash_combine(kBoundaryStream, static_cast<std::uint32_t>(kernel));
   return {to_unit_float(hash32(key)), to_unit_float(hash_combine(key, 1))};
 }
 
 /// Angles that are stratified; neighbouring places have angles far apart.
-float angle_of(std::size_t ray, float turn) {
+float kernel_angle(std::size_t ray, float turn) {
   return 2 * kPi * (static_cast<float>(3 * ray % kRaysOfKernel) + turn) / kRaysOfKernel;
 }
 
@@ -89,10 +89,10 @@ class Balls {
   float reach(std::size_t i) const { return radii_[i] * scale_; }
   bool counts(std::size_t i) const { return is_finite(middle(i)); }
   KernelRays rays(std::size_t i) const {
-    const Vec2 random = numbers_of(i);
+    const Vec2 random = kernel_numbers(i);
     KernelRays out;
     for (std::size_t n = 0; n < kRaysOfKernel; ++n) {
-      const float z = 1 - 2 * (static_cast<float>(n) + random.y) / kRaysOfKernel, angle = angle_of(n, random.x);
+      const float z = 1 - 2 * (static_cast<float>(n) + random.y) / kRaysOfKernel, angle = kernel_angle(n, random.x);
       const float across = std::sqrt(std::max(1 - z * z, 0.0f));
       out[n] = {middle(i), 0, {across * std::cos(angle), across * std::sin(angle), z}, reach(i)};
     }
@@ -119,10 +119,10 @@ class Tubes {
   bool counts(std::size_t piece) const { return is_finite(middle(piece)) && length(piece) > 0; }
   KernelRays rays(std::size_t piece) const {
     const Frame frame = Frame::from_normal(beams_.direction[beam_[piece]]);
-    const Vec2 random = numbers_of(piece);
+    const Vec2 random = kernel_numbers(piece);
     KernelRays out;
     for (std::size_t n = 0; n < kRaysOfKernel; ++n) {
-      const float angle = angle_of(n, random.x);
+      const float angle = kernel_angle(n, random.x);
       const float at = length(piece) * (static_cast<float>(n) + random.y) / kRaysOfKernel;
       out[n] = {place(piece, at), 0, frame.s * std::cos(angle) + frame.t * std::sin(angle), radius(piece)};
     }
