@@ -14,7 +14,8 @@ namespace glowworm::api {
 
 /// Options of daylight().
 struct DaylightOptions {
-  /// Seed, memory, samples (two a round), noise (0: 2.5%) and time. The rest of a picture is not used.
+  /// Seed, memory, samples (two a round), noise (0: 2.5%, or none with a time) and time. The rest of a picture is not
+  /// used.
   RenderOptions render;
   bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene
   int sky_patches = 145;     ///< Tregenza's, or 577: Reinhart's

@@ -1,6 +1,8 @@
 // The public header glowworm/daylight.h.
 #include "glowworm/daylight.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -45,6 +47,16 @@ void add_metrics(const Year& year, std::span<const std::uint8_t> occupied, const
 MetricLimits limits_of(const DaylightOptions& o) {
   const MetricLimits limits{o.autonomy_lux, MetricLimits().autonomy_share, o.sun_lux, o.sun_hours, o.useful, o.glare};
   if (!limits.are_sound()) throw Error("the limits of useful illuminance do not rise", "Give lx: 100, 300, 3000.");
+  const auto check = [](double value, double least, double most, const char* name) {
+    if (!(value >= least && value <= most))
+      throw Error(fmt::format("{} is {}, and not from {} to {}", name, value, least, most));
+  };
+  check(o.sun_step, 2, 30, "sun_step");
+  check(o.ground, 0, 1, "ground");
+  check(o.autonomy_lux, 1, 1e6, "autonomy_lux");
+  check(o.sun_lux, 1, 1e6, "sun_lux");
+  check(o.sun_hours, 0, 8784, "sun_hours");
+  check(o.glare, 0, 1, "glare");
   return limits;
 }
 
@@ -53,6 +65,8 @@ std::vector<std::uint8_t> occupied_of(const DaylightOptions& o, std::span<const 
   if (o.occupied.size() != hours.size())
     throw Error("`occupied` has " + std::to_string(o.occupied.size()) + " hours, and the weather file " +
                 std::to_string(hours.size()));
+  if (std::any_of(o.occupied.begin(), o.occupied.end(), [](std::uint8_t hour) { return hour > 1; }))
+    throw Error("`occupied` has numbers other than 0 and 1");
   return o.occupied;
 }
 
@@ -88,6 +102,8 @@ Daylight daylight(const Scene& scene, const std::string& weather_path, std::span
   const std::vector<std::uint8_t> occupied = occupied_of(o, weather.hours);
   check_shades(o, weather.hours.size());
   const std::vector<float> area = area_of(o, position.size());
+  check_year_room(position.size(), weather.hours.size(), 1 + o.shades.size(),
+                  asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes());
   std::vector<YearState> states;
   Daylight out;
   Sensors sensors;

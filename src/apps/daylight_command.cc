@@ -172,7 +172,7 @@ RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inp
     const RatedBox box = parse_rated_box(text);
     std::vector<std::uint32_t> chosen;
     for (const std::uint32_t i : all)
-      if (box.contains(out.place[i])) chosen.push_back(i);
+      if (sensors.weight[i] > 0 && box.contains(out.place[i])) chosen.push_back(i);
     if (chosen.empty()) throw Error(fmt::format("no sensor is in --box '{}'", text));
     add_zone(box.name, chosen);
   }
@@ -206,15 +206,6 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
   files.throw_if_any_failed();
 }
 
-void check_room(const DaylightOptions& o, std::size_t sensors, const YearInputs& inputs, std::uint64_t memory_bytes) {
-  const std::size_t hours = inputs.model.sky.hours.size();
-  const std::uint64_t bytes = Year::bytes(sensors, hours) * (2 + o.shades.size());
-  if (bytes > memory_bytes / 2)
-    throw MemoryError(fmt::format("{} hours of {} sensors take {:.0f} MB; half of the memory budget has room for less",
-                                  hours, sensors, static_cast<double>(bytes) / 1e6),
-                      "Give a larger --memory or fewer sensors.");
-}
-
 int run_daylight(DaylightOptions& o) {
   o.report.apply();
   set_thread_count(o.table.settings);
@@ -229,7 +220,7 @@ int run_daylight(DaylightOptions& o) {
   MemoryBudget budget(memory_bytes);
   std::vector<Zone> zones;
   const Sensors sensors = make_sensors(o.sensors, *first.sky.tracer, budget, zones, false);
-  check_room(o, sensors.size(), inputs, memory_bytes);
+  check_year_room(sensors.size(), inputs.model.sky.hours.size(), 1 + o.shades.size(), memory_bytes);
   inform(fmt::format("{}: {} triangles, {} sensors, {} hours with light, {} patches of the sky, {} places of the sun",
                      first.plain->name(), first.plain->geometry().triangle_count(), sensors.size(),
                      inputs.model.sky.lit.size(), o.patches, suns.places().size()));

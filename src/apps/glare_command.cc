@@ -321,11 +321,13 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
   add_text(*c, "Glare", "--picture", o->picture, "FILE",
            "Picture to write as .png, .hdr or .exr: each source has a colour of its own, the rest is grey");
   add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
-  add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
-      ->group("Glare");
+  CLI::Option* const threshold =
+      add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
+          ->group("Glare");
   add_text(*c, "Glare", "--task", o->task, "X,Y,ANGLE",
            "A circle in the picture that shows the task, by pixels from the lower left corner and radians across: "
-           "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5");
+           "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5")
+      ->excludes(threshold);
   add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
   add_light_option(*c, "Scene", o->lights);
   add_scene_options(*c, o->changes);

@@ -90,7 +90,10 @@ void warn_of_unused_formats(const PictureOptions& options, const std::vector<Out
     return std::any_of(outputs.begin(), outputs.end(), [&](const Output& output) { return output.format == format; });
   };
   if (!any(OutputFormat::exr) && options.precision != "half") warn("--precision has no effect: no -o is an EXR file");
-  if (any(OutputFormat::png)) return;
+  if (any(OutputFormat::png)) {
+    if (options.false_color && options.color.view) warn("--ocio has no effect: PNG files are in false colour");
+    return;
+  }
   if (options.exposure.has_value()) warn("--exposure has no effect: no -o is a PNG file");
   if (options.tone != "filmic") warn("--tone has no effect: no -o is a PNG file");
   if (options.color.view) warn("--ocio has no effect: no -o is a PNG file");

@@ -45,6 +45,9 @@ void check_sequence(RenderOptions& o) {
   if (o.resumes)
     throw CommandLineError("--resume does not apply to sequences of frames",
                            "Leave it out: frames whose files exist are skipped.");
+  if (o.preview)
+    throw CommandLineError("--preview does not apply to sequences of frames",
+                           "Leave it out: a frame whose file exists counts as finished.");
   if (o.names.empty()) o.names.emplace_back("frame_####.exr");
   for (const std::string& name : o.names)
     if (!has_frame_number(name) || lower_ending(name) == ".part")
@@ -219,7 +222,7 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
     for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
   }
   const std::exception_ptr failure = attend(job, o.report.quiet,
-                                            {{1, [&] { keep_checkpoint(o, job, files); }},
+                                            {{1, [&] { keep_checkpoint(o, job, files, purpose == Purpose::slice); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
   if (purpose == Purpose::slice && !failure && job.ending() == Ending::samples_done) {
@@ -286,7 +289,7 @@ std::size_t slice_to_resume(const std::string& file, const std::vector<RenderSet
   const std::optional<Checkpoint> made = file.empty() ? std::nullopt : read_key_of_checkpoint(file);
   std::size_t i = 0;
   // The key of a checkpoint is that of the slice that it was written in.
-  while (made && i + 1 < each.size() && each[i].slice_range().end - each[i].sample_range().first < made->passes) ++i;
+  while (made && i + 1 < each.size() && each[i].slice_range().end - each[i].sample_range().first <= made->passes) ++i;
   return i;
 }
 
@@ -384,10 +387,11 @@ int find_earlier_light(RenderOptions& o, Opened& shown, Sequence& sequence, std:
 }
 
 /// Takes the memory of the light of earlier frames from that of each frame.
-void reserve_light(RenderOptions& o, const Scene& scene) {
-  if (o.sequence.reuse == 0) return;
-  const std::uint64_t bytes =
-      (o.sequence.reuse + 1) * kFrameLightBytes * resolve(o.settings, scene).bounds.pixel_count();
+void reserve_light(RenderOptions& o, const Scene& scene, const std::vector<std::uint32_t>& numbers) {
+  if (o.sequence.reuse == 0 || numbers.empty()) return;
+  // One more for the frame itself.
+  const std::uint64_t frames = std::min(o.sequence.reuse, numbers.back()) + 1;
+  const std::uint64_t bytes = frames * kFrameLightBytes * resolve(o.settings, scene).bounds.pixel_count();
   if (bytes >= o.settings.memory_bytes)
     throw Error("the light of --reuse does not fit into memory", "Give fewer frames, or a larger --memory.",
                 ErrorCode::memory);
@@ -400,7 +404,7 @@ int render_frames(RenderOptions& o, const Opened& opened, Sequence& sequence, co
   Kept kept;
   FrameLights lights;
   Opened shown = opened;
-  reserve_light(o, *opened.scene);
+  reserve_light(o, *opened.scene, numbers);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     RenderOptions frame = options_of_frame(o, numbers[i]);
     if (is_done(frame)) {

@@ -187,8 +187,13 @@ void rehearse_images(const RenderOptions& o, const Film& film, const Job& job) t
 } catch (const Error&) {
 }
 
-void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files) {
-  if (!o.resume.empty()) files.write(o.resume, [&] { write_checkpoint(o.resume, job.checkpoint()); });
+void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files, bool goes_on) {
+  if (o.resume.empty()) return;
+  const Checkpoint made = job.checkpoint();
+  // After the last sample of a slice the next one continues, and its key is another.
+  const RenderSettings s = job.settings();
+  if (goes_on && made.passes >= s.slice_range().end - s.sample_range().first) return;
+  files.write(o.resume, [&] { write_checkpoint(o.resume, made); });
 }
 
 void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files) {

@@ -52,7 +52,7 @@ void prepare_outputs(const RenderOptions& o, OutputFiles& files);
 void rehearse_images(const RenderOptions& o, const Film& film, const Job& job);
 
 /// Writes a checkpoint to the file of --resume.
-void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files);
+void keep_checkpoint(const RenderOptions& o, const Job& job, OutputFiles& files, bool goes_on = false);
 
 /// Writes the unfinished image, if there is one.
 void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files);

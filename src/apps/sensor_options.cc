@@ -103,14 +103,9 @@ void add_sensor_options(CLI::App& command, SensorOptions& o) {
   add_text(command, "Sensors", "--grid", o.grid, "PLANE,SPACING",
            "Sensors on x=V, y=V or z=V (m) within the scene; -y=V: facing down");
   add_text(command, "Sensors", "--surface", o.surface, "NAME,SPACING", "Sensors on the front of an object's surface");
-  command
-      .add_option(
-          "--zone", o.zones,
-          "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
-          "or the front of an object's surface")
-      ->allow_extra_args(false)
-      ->option_text("NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]")
-      ->group("Sensors");
+  add_list(command, "Sensors", "--zone", o.zones, "NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]",
+           "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
+           "or the front of an object's surface");
 }
 
 Sensors make_sensors(const SensorOptions& o, const Tracer& tracer, MemoryBudget& budget, std::vector<Zone>& zones,

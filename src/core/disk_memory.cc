@@ -131,7 +131,7 @@ void make_disk_memory_available() { available = true; }
 
 DiskMemory::Scope::Scope(const DiskMemory* memory, std::size_t least) : used_(uses_disk), least_(least_on_disk) {
   uses_disk = uses_disk || memory;
-  least_on_disk = std::min(least_on_disk, least);
+  if (memory) least_on_disk = std::min(least_on_disk, least);
 }
 DiskMemory::Scope::~Scope() {
   uses_disk = used_;

@@ -142,7 +142,7 @@ class PieceItems {
       if (m >= total.size() || !(total[m] > 0)) continue;
       const double wanted = std::clamp(size_of(i) * count[m] / total[m], 1.0, static_cast<double>(pieces_.parts[m]));
       // What rounding leaves over goes to later beams.
-      copies[i] = static_cast<std::uint32_t>(wanted + owed[m]);
+      copies[i] = std::max(1u, static_cast<std::uint32_t>(wanted + owed[m]));
       owed[m] += wanted - copies[i];
     }
     return copies;

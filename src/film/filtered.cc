@@ -144,7 +144,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
   for (const Layer layer : {Layer::direct, Layer::indirect}) {
     if (indirect_only && layer == Layer::direct) continue;
     LightEstimate estimate = estimate_of(film, layer);
-    const std::vector<float> own_variance = estimate.variance;
+    const std::vector<float> own_variance = earlier ? estimate.variance : std::vector<float>();
     if (earlier)
       add_earlier_samples(*earlier, guides_of(film, Layer::indirect),
                           layer == Layer::direct ? &FrameLight::direct : &FrameLight::indirect, estimate);
@@ -154,7 +154,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
       const float factor = luminance(albedo) * luminance(albedo);
       out.radiance[i] += filtered.light[i] * albedo;
       out.variance[i] += filtered.variance[i] * factor;
-      of_light[i] += own_variance[i] * factor;
+      of_light[i] += (earlier ? own_variance : estimate.variance)[i] * factor;
       stratified[i] += filtered.unfiltered[i] * factor;
     });
   }

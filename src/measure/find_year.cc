@@ -6,12 +6,12 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
 #include "core/log.h"
+#include "core/memory_budget.h"
 #include "core/random.h"
 #include "measure/measurement.h"
 #include "measure/sensor_plan.h"
@@ -46,9 +46,16 @@ RenderSettings round_settings(const RenderSettings& asked, std::size_t sources) 
   return s;
 }
 
-double root_mean_square(const std::vector<float>& v) {
-  const double sum = std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(v.size(), 1)));
+/// Of the values whose weight is not 0.
+double root_mean_square(const std::vector<float>& v, const std::vector<float>& weight) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (!(weight[i] > 0)) continue;
+    sum += double{v[i]} * v[i];
+    ++count;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
 }
 
 /// When rounds end.
@@ -96,9 +103,18 @@ Sensors moved_sensors(Sensors sensors, const Scene& from, const Scene& to) {
   return sensors;
 }
 
+void check_year_room(std::size_t sensors, std::size_t hours, std::size_t states, std::uint64_t memory_bytes) {
+  const std::uint64_t bytes = Year::bytes(sensors, hours) * (1 + states);
+  if (bytes > memory_bytes / 2)
+    throw MemoryError(fmt::format("{} hours of {} sensors take {:.0f} MB; half of the memory budget has room for less",
+                                  hours, sensors, static_cast<double>(bytes) / 1e6),
+                      "Give a larger memory budget or fewer sensors.");
+}
+
 void check_year_settings(const RenderSettings& asked) {
   if (asked.integrator != Integrator::gather)
-    throw Error("a year of daylight is found by photon maps alone", "Leave the integrator out, or choose gather.");
+    throw Error("the integrator of a year is chosen: paths or photons for the sky, photons for the sun",
+                "Leave the integrator out, or choose gather.");
   if (asked.samples > 0 && asked.samples <= kSamplesOfRound)
     throw Error(fmt::format("{} samples leave the error of a year unknown", asked.samples),
                 fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
@@ -165,13 +181,13 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
     out.rounds = mean.count();
     out.relative_error = mean.relative_error();
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const double error = root_mean_square(out.relative_error);
+    const double error = root_mean_square(out.relative_error, sensors.weight);
     detail(fmt::format("round {}: relative error {:.3g}, {:.1f} s", out.rounds, error, out.seconds));
     if (out.rounds >= 2) expected = end.expected(out.rounds, error, out.seconds);
   }
   out.state = {mean.mean(), direct_sun(*sky.tracer, *grid, sensors.size(), model.sky)};
   inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", out.rounds, out.seconds,
-                     root_mean_square(out.relative_error)));
+                     root_mean_square(out.relative_error, sensors.weight)));
   return out;
 }
 

@@ -43,6 +43,9 @@ Sensors moved_sensors(Sensors sensors, const Scene& from, const Scene& to);
 /// Error of the illuminance of an hour at which rounds end: it holds within 5% with a chance of 95%.
 inline constexpr double kYearNoise = 0.025;
 
+/// Throws MemoryError if the tables of a year and of the states of its scene take more than half of the budget.
+void check_year_room(std::size_t sensors, std::size_t hours, std::size_t states, std::uint64_t memory_bytes);
+
 /// Throws Error for settings that coefficients cannot be found with.
 void check_year_settings(const RenderSettings& asked);
 
@@ -61,8 +64,8 @@ struct FoundState {
 
 /// Finds coefficients by rounds, which are independent: those of the sky by paths or photons, as plan_sensors()
 /// chooses, and reflected sunlight by photons. Rounds end with the samples asked for, two a round, or once the root
-/// mean square of the sensors' errors is the noise asked for (kYearNoise) or the time has run out; there are two of
-/// them at least. Nothing if `wait` cancels a Job.
+/// mean square of the errors of sensors with weight is the noise asked for (kYearNoise if neither noise nor time is),
+/// or the time has run out; there are two of them at least. Nothing if `wait` cancels a Job.
 /// @param sky  under_sky() of `plain` @param sensors in its coordinates
 /// @param wait for the end of a Job, of which a round has one or two; throws its error
 std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, const Sensors& sensors, bool on_surfaces,

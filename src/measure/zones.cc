@@ -128,7 +128,7 @@ Zone add_zone(const std::string& text, const Tracer& tracer, Sensors& sensors, s
   const bool level = zone.along.y == 0;
   const Vec3 normal = level ? Vec3{0, 1, 0} : normalize(cross(zone.across, Vec3{0, 1, 0}));
   const auto area = static_cast<float>(width * height / (columns * rows));
-  for_cells(zone, zone.columns, zone.rows, [&](Vec3 place) { sensors.add(place, normal, area); });
+  for_cells(zone, zone.columns, zone.rows, [&](Vec3 place) { sensors.add(place, normal, eyes ? 1 : area); });
   if (level && eyes) add_eyes(zone, tracer, sensors);
   return zone;
 }

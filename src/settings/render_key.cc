@@ -37,6 +37,7 @@ constexpr const char* kPixelBounds = "--pixel-bounds";
 constexpr const char* kFirstSample = "first sample";
 constexpr const char* kFrame = "frame";
 constexpr const char* kSlicePhotons = "photons of the shutter's slice";
+constexpr const char* kSamplesOfSlices = "samples of the shutter";
 constexpr const char* kGuideCameras = "cameras of the sequence";
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
@@ -130,6 +131,8 @@ RenderKey render_key(const Scene& scene, const RenderSettings& s, const PointGri
   key.push_back({kFirstHits, names_of(s.place_layers())});
   if (points) key.push_back({kPoints, hex(hash_points(*points))});
   if (s.photon_stream > 0) key.push_back({kSlicePhotons, std::to_string(s.photon_stream)});
+  // Slices of time are shares of the samples.
+  if (!s.slice.is_all()) key.push_back({kSamplesOfSlices, std::to_string(s.samples)});
   if (!s.guide_cameras.empty()) {
     key.push_back({kFrame, std::to_string(s.frame)});
     key.push_back({kGuideCameras, hex(hash_guide_cameras(scene, s.guide_cameras))});
@@ -174,6 +177,9 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
       throw Error(fmt::format("{} is of another part: it begins after {} samples, and this render after {}", kept,
                               value, part.value),
                   "Give the same --part again, or remove the file to start again.");
+    if (part.name == kSamplesOfSlices)
+      throw Error(fmt::format("{} is of a picture with motion blur and {} samples, not {}", kept, value, part.value),
+                  "Give the same --samples again, or remove the file to start again.");
     if (is_of_scene(part.name)) {
       parts.push_back(part.name);
       continue;

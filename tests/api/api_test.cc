@@ -332,6 +332,14 @@ TEST(Api, FindsTheDaylightOfAYear) {
   EXPECT_NEAR(year.daylight_factor[0], 1, 0.03f);
   EXPECT_EQ(year.spatial_autonomy, 1);
   EXPECT_LT(year.relative_error[0], 0.1f);
+  gw::DaylightOptions wrong = o;
+  wrong.sun_step = 0;
+  EXPECT_THAT(error_of([&] { gw::daylight(scene, weather, at, normal, wrong); }), HasSubstr("sun_step is 0"));
+  wrong = o;
+  wrong.render.memory = 1 << 20;
+  const std::vector<gw::Vec3> many(100'000, at[0]), up(many.size(), normal[0]);
+  EXPECT_THAT(error_of([&] { gw::daylight(scene, weather, many, up, wrong); }),
+              HasSubstr("24 hours of 100000 sensors"));
   o.shade_of_hour.assign(3, 0);
   EXPECT_THAT(error_of([&] { gw::daylight(scene, weather, at, normal, o); }), HasSubstr("shade_of_hour has 3 hours"));
   EXPECT_THAT(error_of([&] { gw::daylight(scene, "none.epw", at, normal); }), HasSubstr("none.epw"));

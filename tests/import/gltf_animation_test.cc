@@ -1,4 +1,5 @@
 // Moments of glTF animations.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -201,6 +202,19 @@ TEST_F(GltfPointerTest, EmissionAndLightsChange) {
   options.motion = motion;
   load_scene(write_gltf(file_), options);
   EXPECT_TRUE(motion->anything_else_moves);
+}
+
+TEST_F(GltfPointerTest, TexturesTurn) {
+  write("t.tga", tga_row({{0, 0, 0, 255}}));
+  file_.add("images", {{"uri", "t.tga"}});
+  file_.add("textures", {{"source", 0}});
+  file_.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {
+      {"index", 0}, {"extensions", {{"KHR_texture_transform", {{"rotation", 0.0}}}}}};
+  move("/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation", {0, 1},
+       "SCALAR");
+  const SceneDescription d = at(1);
+  EXPECT_TRUE(std::any_of(d.textures.begin(), d.textures.end(),
+                          [](const TextureNode& node) { return std::abs(node.uv_rotation) == 0.5f; }));
 }
 
 TEST_F(GltfPointerTest, MaterialsAndNodesChange) {

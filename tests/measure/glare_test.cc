@@ -98,7 +98,6 @@ TEST(Glare, DimViewsHaveNoSourcesAndPeaksAreTheirOwn) {
   EXPECT_NEAR(with_sun.background, kBackground, 2);
 }
 
-/// The factor of evalglare below 1000 lx.
 TEST(Glare, SourcesBeginAtFiveTimesTheTask) {
   // A task of mean luminance (20,000 + 200) / 2, half of it a disc at the middle.
   const GlarePicture picture = picture_of(CameraKind::fisheye, {{0, 0, 1}});
@@ -110,6 +109,7 @@ TEST(Glare, SourcesBeginAtFiveTimesTheTask) {
   EXPECT_THROW(task_luminance(picture, {-500, -500, 0.2}), Error);
 }
 
+/// The factor of evalglare below 1000 lx.
 TEST(Glare, ProbabilityIsLessInDimLight) {
   for (const double e : {100.0, 166.67, 300.0, 999.0})
     EXPECT_NEAR(daylight_glare_probability(e, {}),

@@ -255,6 +255,23 @@ TEST(PbrtHostile, NestedObjectsAreBounded) {
   EXPECT_THAT(error_of(deep), testing::HasSubstr("nested more than 1000 deep"));
 }
 
+TEST(PbrtHostile, ObjectsWithoutTrianglesTakeNoTime) {
+  std::string text =
+      "WorldBegin Shape \"sphere\" ObjectBegin \"0\" Shape \"trianglemesh\" \"integer indices\" [] "
+      "\"point3 P\" [0 0 0 1 0 0 0 1 0] ObjectEnd\n";
+  for (int i = 1; i < 40; ++i)
+    text += fmt::format("ObjectBegin \"{0}\" ObjectInstance \"{1}\" ObjectInstance \"{1}\" ObjectEnd\n", i, i - 1);
+  EXPECT_NO_THROW(load_text(text + "ObjectInstance \"39\""));
+}
+
+TEST(PbrtHostile, ObjectsDefinedTwiceDoNotContainThemselves) {
+  const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] ";
+  EXPECT_THAT(error_of("WorldBegin ObjectBegin \"B\" " + triangle +
+                       "ObjectEnd ObjectBegin \"A\" ObjectInstance \"B\" ObjectEnd "
+                       "ObjectBegin \"B\" ObjectInstance \"A\" ObjectEnd ObjectInstance \"A\""),
+              testing::HasSubstr("\"B\" is defined twice"));
+}
+
 TEST(PbrtHostile, AttributesAreBounded) {
   const TemporaryFolder folder;
   std::string other_names, other_values;

@@ -181,6 +181,7 @@ bool is_quantity(const std::string& name) {
                                                 "outerConeAngle",
                                                 "emissiveStrength",
                                                 "alphaCutoff",
+                                                "rotation",
                                                 "scale",
                                                 "weights",
                                                 "visible",

@@ -106,6 +106,7 @@ struct PbrtBuilder::State {
   std::map<std::string, PbrtTransforms, std::less<>> coordinate_systems;
   std::map<std::string, PbrtObject, std::less<>> objects;
   PbrtObject* open_object = nullptr;
+  PbrtObject repeated;  ///< takes what a second definition of a name holds
   std::optional<PbrtDirective> film;
   float exposure_seconds = 1;
   Shutter shutter{0, 1};                 ///< of the first camera
@@ -455,6 +456,8 @@ void PbrtBuilder::State::shape(PbrtDirective& d) {
   if (!mesh) return;
   shape.mesh = std::move(*mesh);
   if (open_object) {
+    // An object without triangles would cost time at each place, and no memory that bounds it.
+    if (shape.mesh.geometry.triangles.empty()) return;
     object_meshes.grow(sizeof shape + mesh_bytes(shape.mesh.geometry));
     (shape.light ? open_object->lamps : open_object->shapes).push_back(std::move(shape));
   } else {
@@ -480,8 +483,9 @@ void PbrtBuilder::State::object_begin(PbrtDirective& d) {
   const auto [entry, is_new] = objects.try_emplace(d.strings[0]);
   if (!is_new) {
     error(d, fmt::format("the object {} is defined twice", in_quotes(d.strings[0])), "Give one of them another name.");
+    repeated = {};
   }
-  open_object = &entry->second;
+  open_object = is_new ? &entry->second : &repeated;
 }
 
 void PbrtBuilder::State::object_instance(PbrtDirective& d) {
@@ -508,16 +512,15 @@ void PbrtBuilder::State::object_instance(PbrtDirective& d) {
 void PbrtBuilder::State::place_object(const PbrtObject& object, const std::string& name,
                                       const TransformDouble& to_world) {
   check_cancelled();
+  if (diagnostics().full()) return;
   // Errors of shapes are found with the first place.
   const bool kept =
       diagnostics().error_count() == 0 &&
       keeper.keep(&object, to_world, fmt::format("{} {}", name, context.scene.geometry.instances.size() + 1),
                   [&] { return shared_mesh(object.shapes); }) != kNone;
   for (const auto* shapes : {&object.shapes, &object.lamps})
-    for (const PbrtShape& shape : *shapes) {
-      if (diagnostics().full()) return;
+    for (const PbrtShape& shape : *shapes)
       if (!kept || shapes == &object.lamps) place(shape, to_world);
-    }
   for (const PbrtObject::Part& part : object.parts) place_object(*part.object, part.name, to_world * part.to_outer);
 }
 

@@ -305,8 +305,8 @@ def daylight(
     weather: a weather file (EPW). points: (m, 3), metres. normals: (m, 3), unit. hours: the occupied hours of every day,
     in standard time, or occupied: 0 or 1 for each hour of the file. shades: scenes in other states of their shades, and
     shade_of_hour: 0 for scene, or n for the n-th of them, for each hour. area: m^2 around each sensor, for sDA and ASE.
-    ground: reflectance of the ground outside. Of the other keywords, samples (two a round), noise, time, seed and memory
-    have an effect; `glowworm daylight --help` explains all of them.
+    ground: reflectance of the ground outside. Of the other keywords, samples (two a round), photons, gather, nearest,
+    noise, time, seed and memory have an effect; `glowworm daylight --help` explains all of them.
 
     Returns hours (h, 3): month, day and hour, which ends then; illuminance (m, h), lx; sun (m, h), the part of the sun
     without any bounce; for each sensor and the occupied hours mean (lx), autonomy (share of hours with autonomy_lux),
@@ -316,7 +316,7 @@ def daylight(
     """
     given: Dict[str, Any] = {
         "hours": hours,
-        "occupied": occupied,
+        "occupied": None if occupied is None else [int(hour) for hour in occupied],
         "shades": list(shades),
         "shade_of_hour": shade_of_hour,
         "area": area,
