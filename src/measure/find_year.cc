@@ -24,21 +24,18 @@ namespace {
 constexpr std::uint32_t kSamplesOfRound = 2;
 /// Gather rays of a sample, where their number is automatic: few of them find a window, and that is most of the noise.
 constexpr std::uint32_t kGatherRays = 1024;
-/// Photons of a round for each place of the sky or the sun.
-constexpr std::uint64_t kPhotonsOfPlace = 2000;
+/// Photons of a round for each patch of the sky, and for each place of the sun: few of these blur sunlight between
+/// slats.
+constexpr std::uint64_t kPhotonsOfPatch = 2000, kPhotonsOfSun = 8000;
+/// Rounds among which the samples of a plan are divided. Reflected sunlight has most of the noise of a round.
+constexpr std::uint32_t kRoundsOfPlan = 16;
 
-/// Photons of an estimate of reflected sunlight. Sensors average thousands of estimates, and the fewer photons one has,
-/// the less it blurs: between slats of 6 cm, 5 cm apart, 50 photons bring a tenth too much light.
-constexpr std::uint32_t kNearest = 5;
-/// Rounds among which the samples of a plan are divided.
-constexpr std::uint32_t kRoundsOfPlan = 8;
-
-/// Settings of a round that keeps the light of sources apart, without its seed.
-RenderSettings round_settings(const RenderSettings& asked, std::size_t sources) {
+/// Settings of a round that keeps the light of sources apart, without its seed. @param photons if none are asked for
+RenderSettings round_settings(const RenderSettings& asked, std::uint64_t photons) {
   RenderSettings s = sensor_settings(asked);
   s.light_groups = true;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
-  if (s.photons == 0) s.photons = kPhotonsOfPlace * sources;
+  if (s.photons == 0) s.photons = photons;
   s.default_gather = kGatherRays;
   s.samples = kSamplesOfRound;
   s.noise_target = 0;
@@ -129,8 +126,8 @@ struct RoundPlan {
 
 RoundPlan plan_rounds(const YearScene& sky, const PointGrid& grid, const YearModel& model, const RenderSettings& asked,
                       const std::function<void(Job&, YearProgress)>& wait) {
-  RoundPlan out{round_settings(asked, model.patches.size()), round_settings(asked, model.suns.places().size())};
-  if (out.suns.nearest == 0) out.suns.nearest = kNearest;
+  RoundPlan out{round_settings(asked, kPhotonsOfPatch * model.patches.size()),
+                round_settings(asked, kPhotonsOfSun * model.suns.places().size())};
   RenderSettings pilot = asked;
   pilot.memory_bytes = out.sky.memory_bytes;
   pilot.samples = 0;
