@@ -77,18 +77,19 @@ Camera camera_of_view(const Camera& camera, const std::string& text, const Scene
 }
 
 std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, const std::vector<std::string>& lights,
-                                           const std::string& view, std::string& camera) {
+                                           const std::string& view, std::string& camera, const LightRig* named) {
   if (lights.empty() && view.empty()) return scene;
   const LightRig rig(scene);
-  std::vector<LightEdit> edits(rig.lights().size());
+  const LightRig& names = named ? *named : rig;
+  std::vector<LightEdit> edits(names.lights().size());
   std::string name = scene->name();
   for (const std::string& text : lights) {
     const auto [light, edit] = parse_light_edit(text);
-    edits[rig.find(light)] = from_file_axes(edit, *scene);
+    edits[names.find(light)] = from_file_axes(edit, *scene);
     name += " " + text;
   }
-  const std::shared_ptr<const Scene> lit = rig.edited(edits);
-  if (!(lit->light_power().total() > 0))
+  const std::shared_ptr<const Scene> lit = rig.edited(rig.edits_of(names, edits));
+  if (!named && !(lit->light_power().total() > 0))
     throw Error("--light leaves the scene without any light", "Leave one of the lights on.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, name};
   if (!view.empty()) {

@@ -26,7 +26,10 @@ Camera camera_of_view(const Camera& camera, const std::string& text, const Scene
 /// The scene with the lights edited as texts say (parse_light_edit()) and, where `view` is not empty, one more camera
 /// of that view, whose name is set in `camera`. The edits become part of the scene's name.
 /// @param camera name of the camera that the view takes its lens from; empty is the first
+/// @param named lights of another moment of the scene, which the texts name; edits of those that are black here have no
+/// effect. Null: the lights of this one
 std::shared_ptr<const Scene> scene_of_view(std::shared_ptr<const Scene> scene, const std::vector<std::string>& lights,
-                                           const std::string& view, std::string& camera);
+                                           const std::string& view, std::string& camera,
+                                           const LightRig* named = nullptr);
 
 }  // namespace glowworm

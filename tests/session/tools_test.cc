@@ -165,6 +165,33 @@ TEST(CommandText, RejectsInvalidViewsAndLights) {
   EXPECT_EQ(scene_of_view(scene, {}, "", camera), scene);
 }
 
+/// A floor below two lamps, of which the second has such a radiance.
+std::shared_ptr<const Scene> scene_with_lamps(float second) {
+  SceneDescription d = floor_description();
+  for (const float radiance : {1.0f, second}) {
+    add_panel(d, 2 + radiance, add_emission(d, RGB(radiance)));
+    d.emissions.back().name = d.emissions.size() == 1 ? "first" : "second";
+  }
+  return std::make_shared<const Scene>(std::move(d));
+}
+
+TEST(CommandText, NamesLightsOfAnotherMoment) {
+  const auto lit = scene_with_lamps(3), dark = scene_with_lamps(0);
+  const LightRig named(lit);
+  ASSERT_EQ(named.lights().size(), 2u);
+  std::string camera;
+  EXPECT_THROW(scene_of_view(dark, {"second,off"}, "", camera), Error);
+  EXPECT_THROW(scene_of_view(dark, {"third,off"}, "", camera, &named), Error);
+  const double whole = lit->light_power().total(), first = dark->light_power().total();
+  // Numbers are those of the other moment, too.
+  for (const char* text : {"second,off", "1,off"}) {
+    EXPECT_NEAR(scene_of_view(lit, {text}, "", camera, &named)->light_power().total(), first, 1e-5 * whole) << text;
+    EXPECT_NEAR(scene_of_view(dark, {text}, "", camera, &named)->light_power().total(), first, 1e-5 * whole) << text;
+  }
+  // All lamps may be black at a moment.
+  EXPECT_EQ(scene_of_view(dark, {"first,off"}, "", camera, &named)->light_power().total(), 0);
+}
+
 /// What a window does with a worker, without one.
 class WorkerTest : public testing::Test {
  protected:

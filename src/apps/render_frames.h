@@ -1,0 +1,29 @@
+// Frames of a sequence, and pictures with motion blur, of `glowworm render`: several jobs that share their photons.
+#pragma once
+#include <memory>
+
+#include "apps/output_files.h"
+#include "apps/render_outputs.h"
+#include "apps/render_picture.h"
+#include "apps/sequence.h"
+#include "apps/tev_stream.h"
+#include "import/import.h"
+#include "share/ranks.h"
+
+namespace glowworm {
+
+/// Takes motion blur out of what cannot have it. Throws CommandLineError if it was asked for.
+void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks);
+
+/// The frames of the options, or the one picture with motion blur.
+Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion);
+
+/// Renders one picture with motion blur, and returns the exit status.
+int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files,
+                   TevStream& tev);
+
+/// Renders a sequence: all of it, a part, or by ranks that render a share each. Returns the exit status.
+int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
+                    const std::shared_ptr<SceneMotion>& motion, const std::shared_ptr<Ranks>& ranks);
+
+}  // namespace glowworm
