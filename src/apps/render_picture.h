@@ -22,7 +22,7 @@ namespace glowworm {
 struct Opened {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Tracer> tracer;
-  std::shared_ptr<const LightRig> named;  ///< the lights that --light may name, at any moment; null: no --light
+  std::shared_ptr<const LightRig> named;        ///< the lights that --light may name, at any moment; null: no --light
   std::chrono::steady_clock::time_point start;  ///< of the render
   double load_s = 0, build_s = 0;
   ImportOptions import;  ///< of other moments
@@ -34,10 +34,10 @@ Opened open_render(RenderOptions& o, OutputFiles& files, bool helps, std::shared
 
 /// When a picture with motion blur has enough samples: its slices of time share a number that is known before.
 struct BlurGoal {
-  double noise = 0, end_s = 0;      ///< --noise, and --time from `start`; 0: not asked for
-  std::chrono::steady_clock::time_point start, begun;   ///< of the first try, and of this one
-  std::uint32_t samples = 0, most;  ///< of this try, and of any
-  std::uint32_t next = 0;           ///< of the next one; 0: this one is enough
+  double noise = 0, end_s = 0;                         ///< --noise, and --time from `start`; 0: not asked for
+  std::chrono::steady_clock::time_point start, begun;  ///< of the first try, and of this one
+  std::uint32_t samples = 0, most;                     ///< of this try, and of any
+  std::uint32_t next = 0;                              ///< of the next one; 0: this one is enough
 };
 
 /// What a job leaves to later ones.

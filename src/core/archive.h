@@ -1,6 +1,7 @@
 // Values in bytes between processes. A reader takes any bytes: counts are checked against the bytes that are there,
 // flags and enumerators against their ranges.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -116,8 +117,18 @@ void transfer(Archive& archive, std::optional<float>& value) {
 template <typename Archive, typename T>
 void transfer(Archive& archive, std::vector<T>& values) {
   if constexpr (kPlain<T>) {
-    values.resize(archive.count(values.size(), sizeof(T)));
-    archive.bytes(values.data(), values.size() * sizeof(T));
+    // By pieces of 1 MB, because the array may lie on disk (core/disk_memory.h).
+    constexpr std::size_t kPiece = (std::size_t{1} << 20) / sizeof(T);
+    const std::size_t count = archive.count(values.size(), sizeof(T));
+    if (Archive::kReads) {
+      values.clear();
+      values.reserve(count);
+    }
+    for (std::size_t at = 0; at < count; at += kPiece) {
+      const std::size_t end = std::min(at + kPiece, count);
+      if (Archive::kReads) values.resize(end);
+      archive.bytes(values.data() + at, (end - at) * sizeof(T));
+    }
   } else {
     // An element in memory takes about ten times its minimum size in the encoding.
     const std::size_t count = archive.count(values.size(), 8);

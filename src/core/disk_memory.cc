@@ -23,8 +23,9 @@ namespace glowworm {
 
 namespace {
 
-/// Interval at which pages are counted. In this time threads may touch some 5 MB of new pages. A count takes some 5 us.
-constexpr std::chrono::microseconds kInterval{500};
+/// Least interval between counts of pages. In this time threads may touch some MB of new pages. A count takes some 5
+/// us.
+constexpr std::chrono::microseconds kInterval{100};
 
 thread_local bool uses_disk = false;
 thread_local std::size_t least_on_disk = DiskMemory::kLeastBytes;

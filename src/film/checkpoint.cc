@@ -8,6 +8,7 @@
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/content_hash.h"
+#include "core/disk_memory.h"
 #include "core/error.h"
 #include "core/input_file.h"
 
@@ -25,6 +26,7 @@ class Writer {
   void bytes(const void* data, std::size_t size) {
     file_.write(data, size);
     fingerprint_.add_bytes(data, size);
+    check_disk_memory();
   }
   std::size_t count(std::uint64_t size, std::size_t) {
     bytes(&size, sizeof size);
@@ -56,6 +58,7 @@ class Reader {
       fail_transfer("it ends too early");
     left_ -= size;
     fingerprint_.add_bytes(to, size);
+    check_disk_memory();
   }
   std::size_t count(std::size_t, std::size_t bytes_each) {
     std::uint64_t size = 0;

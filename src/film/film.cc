@@ -64,12 +64,12 @@ void add_all(std::vector<Entry>& to, const std::vector<Entry>& from) {
   for (std::size_t i = 0; i < to.size(); ++i) add_entry(to[i], from[i]);
 }
 
-/// Pixels that one piece of parallel work adds samples to.
-constexpr std::size_t kPixelsAtOnce = 4096;
+/// Bytes that one piece of parallel work touches, so that arrays on disk leave memory in time (core/disk_memory.h).
+constexpr std::size_t kBytesAtOnce = std::size_t{1} << 20;
+/// Entries of one kind that one piece of parallel work adds.
+constexpr std::size_t kEntriesAtOnce = 4096;
 /// Pixels whose entries merge_state() holds at once.
-constexpr std::size_t kPixelsRead = 64 * kPixelsAtOnce;
-/// Bytes that one piece of parallel work copies.
-constexpr std::size_t kBytesCopied = std::size_t{1} << 20;
+constexpr std::size_t kPixelsRead = 64 * kEntriesAtOnce;
 
 /// What the luminance of light is divided by.
 float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMinAlbedo); }
@@ -157,20 +157,21 @@ void Film::add(const CameraTask& task, const SlotRadiance& radiance, const First
                const Geometry& geometry, std::size_t first_slot) {
   const std::size_t pixels = task.pixel_count();
   const int tile_width = task.x1 - task.x0;
-  parallel_for(0, pixels, kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
-    for (std::size_t in_tile = first; in_tile < last; ++in_tile) {
-      const int y = task.y0 + static_cast<int>(in_tile) / tile_width;
-      const int x = task.x0 + static_cast<int>(in_tile) % tile_width;
-      if (!task.has(x, y)) continue;
-      const std::size_t pixel = pixel_at(x, y);
-      for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
-        if (count_[pixel] != task.first_sample + sample) continue;
-        const std::size_t slot = first_slot + sample * pixels + in_tile;
-        add(pixel, radiance, first_hit, slot);
-        if (layers_ && places_.of_triangles()) add_place(pixel, first_hit, slot, geometry);
-      }
-    }
-  });
+  parallel_for(0, pixels, kBytesAtOnce * bounds_.pixel_count() / state_bytes(),
+               [&](std::size_t first, std::size_t last) {
+                 for (std::size_t in_tile = first; in_tile < last; ++in_tile) {
+                   const int y = task.y0 + static_cast<int>(in_tile) / tile_width;
+                   const int x = task.x0 + static_cast<int>(in_tile) % tile_width;
+                   if (!task.has(x, y)) continue;
+                   const std::size_t pixel = pixel_at(x, y);
+                   for (std::uint32_t sample = 0; sample < task.sample_count; ++sample) {
+                     if (count_[pixel] != task.first_sample + sample) continue;
+                     const std::size_t slot = first_slot + sample * pixels + in_tile;
+                     add(pixel, radiance, first_hit, slot);
+                     if (layers_ && places_.of_triangles()) add_place(pixel, first_hit, slot, geometry);
+                   }
+                 }
+               });
 }
 
 void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& first_hit, std::size_t slot) {
@@ -405,7 +406,7 @@ std::vector<std::uint32_t> Film::save() const {
     const std::size_t at = out.size();
     out.resize(at + bytes.size() / sizeof out[0]);
     std::byte* const to = std::as_writable_bytes(std::span(out)).data() + at * sizeof out[0];
-    parallel_for(0, bytes.size(), kBytesCopied, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, bytes.size(), kBytesAtOnce, [&](std::size_t first, std::size_t last) {
       std::memcpy(to + first, bytes.data() + first, last - first);
     });
   });
@@ -436,7 +437,7 @@ bool Film::merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t
     others.resize(std::min(kPixelsRead, sums.size() - at));
     if (!read(std::as_writable_bytes(std::span(others)))) return false;
     std::atomic<bool> possible = true;
-    parallel_for(0, others.size(), kPixelsAtOnce, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, others.size(), kEntriesAtOnce, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         if (!is_possible_of(others[i], counts[at + i])) {
           possible = false;

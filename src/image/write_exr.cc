@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/atomic_file.h"
+#include "core/disk_memory.h"
 #include "core/error.h"
 #include "image/image.h"
 
@@ -25,8 +26,9 @@ namespace glowworm {
 
 namespace {
 
-/// Rows that are encoded at once: several blocks of ZIP compression.
-constexpr int kRowsAtOnce = 64;
+/// Rows of a block of ZIP compression, and bytes of samples that are encoded at once, but at least one block.
+constexpr int kRowsOfBlock = 16;
+constexpr std::size_t kBytesAtOnce = std::size_t{4} << 20;
 /// The range of normal numbers of 16 bits.
 constexpr float kLeastHalf = 0x1p-14f, kMaxHalf = 65504;
 
@@ -63,8 +65,10 @@ bool is_exact(const std::string& channel) {
 /// digits.
 bool fits_halves(const std::vector<float>& samples) {
   float most = 0;
-  for (const float sample : samples)
-    if (std::isfinite(sample)) most = std::max(most, std::abs(sample));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (i % (kBytesAtOnce / sizeof(float)) == 0) check_disk_memory();
+    if (std::isfinite(samples[i])) most = std::max(most, std::abs(samples[i]));
+  }
   return most == 0 || (most >= kLeastHalf && most <= kMaxHalf);
 }
 
@@ -110,8 +114,11 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
                              Imf::Channel(of_halves.contains(layer_name(channel.name)) ? Imf::HALF : Imf::FLOAT));
   Imf::OutputFile file(out, header);
   // Halves exist for a band of rows at a time, because channels may be hundreds.
-  for (int first = 0; first < image.height(); first += kRowsAtOnce) {
-    const int last = std::min(first + kRowsAtOnce, image.height());
+  const std::size_t of_block =
+      image.channels().size() * static_cast<std::size_t>(image.width()) * kRowsOfBlock * sizeof(float);
+  const int rows = kRowsOfBlock * static_cast<int>(std::clamp<std::size_t>(kBytesAtOnce / of_block, 1, 4));
+  for (int first = 0; first < image.height(); first += rows) {
+    const int last = std::min(first + rows, image.height());
     const Imath::Box2i band({part.min.x, part.min.y + first}, {part.max.x, part.min.y + last - 1});
     const auto row = static_cast<std::size_t>(image.width());
     const std::size_t at = static_cast<std::size_t>(first) * row, count = static_cast<std::size_t>(last - first) * row;
@@ -119,6 +126,7 @@ void encode(Encoded& out, const Image& image, ExrPrecision precision) {
     std::vector<std::vector<Imath::half>> rounded;
     rounded.reserve(image.channels().size());
     for (const ImageChannel& channel : image.channels()) {
+      check_disk_memory();
       const std::span<const float> samples = std::span(channel.samples).subspan(at, count);
       if (of_halves.contains(layer_name(channel.name))) {
         rounded.emplace_back(samples.begin(), samples.end());
