@@ -11,8 +11,8 @@ namespace glowworm {
 
 namespace {
 
-/// Most triangles that are copied. More cost about as much as tracing rays.
-constexpr std::size_t kMostCopied = 128;
+/// Most triangles that are copied, and looked at. More cost about as much as tracing rays.
+constexpr std::size_t kMostCopied = 128, kMostVisited = 8 * kMostCopied;
 
 /// Square of the distance of an edge from the z axis.
 float axis_distance_squared(Vec3 a, Vec3 b) {
@@ -38,8 +38,9 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
   reach_squared_ = reach * reach;
   lowest_ = cluster.low - rounding;
   highest_ = cluster.high + rounding;
+  std::size_t visited = 0;
   tracer_.visit_near(cluster.center, std::hypot(reach, std::max(-lowest_, highest_)),
-                     [&](std::uint32_t triangle) { return copied_ = copy(triangle); });
+                     [&](std::uint32_t triangle) { return copied_ = ++visited <= kMostVisited && copy(triangle); });
 }
 
 /// Copies a triangle if the cylinder may contain a part of it. False if the copies cannot be used.
