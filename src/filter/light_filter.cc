@@ -29,6 +29,31 @@ constexpr float kLeastKept = 0.015f, kKeptApart = 0.35f;
 
 float kept_variance(float apart) { return kLeastKept + kKeptApart * apart * apart * (3 - 2 * apart); }
 
+/// A linear function of the place, fitted to the levels of a window: at the pixel itself, beside their mean. Where the
+/// pixels lie on one side, as at edges of surfaces and of noise, light that changes makes the mean wrong. Where they do
+/// so because of their levels, their mean is that of levels around the pixel's own, and is right.
+struct LinearFit {
+  float factor = 1;    ///< on the mean
+  float variance = 1;  ///< factor on the mean's variance
+
+  LinearFit(const WindowSums& sums, std::size_t at) {
+    const float share = 1 / sums.weight[at], level = sums.level[at] * share;
+    const float x = sums.step[0][at] * share, y = sums.step[1][at] * share;
+    const float any_x = sums.any_step[0][at] / sums.any_weight[at], any_y = sums.any_step[1][at] / sums.any_weight[at];
+    const float aside = (any_x * x + any_y * y) / std::max(x * x + y * y, 1e-6f);
+    if (!(level > 0) || !(aside > 0)) return;
+    constexpr float kInPixel = 1.0f / 12;  // squared deviation of places
+    const float xx = sums.square[0][at] * share - x * x + kInPixel, xy = sums.square[1][at] * share - x * y,
+                yy = sums.square[2][at] * share - y * y + kInPixel;
+    const float determinant = xx * yy - xy * xy;
+    const float a = (yy * x - xy * y) / determinant, b = (xx * y - xy * x) / determinant;
+    const float change = a * (sums.slope[0][at] * share - x * level) + b * (sums.slope[1][at] * share - y * level);
+    const float part = std::min(aside, 1.0f);
+    factor = std::clamp(1 - part * change / level, 0.0f, 2.0f);
+    variance = 1 + part * part * (a * x + b * y);
+  }
+};
+
 /// One float per pixel, with a border of zeros, and what windows of the last tile read after it.
 class Plane {
  public:
@@ -229,8 +254,10 @@ class LightFilter {
       const std::size_t at = WindowSums::at(0, y);
       for (int c = 0; c < 3; ++c) std::copy_n(planes.light[c] + y * planes.stride, width, sums.light[c] + at);
       std::copy_n(planes.variance + y * planes.stride, width, sums.variance + at);
+      std::copy_n(planes.level + y * planes.stride, width, sums.level + at);
       std::fill_n(sums.weight + at, width, 1.0f);
       std::fill_n(sums.surface + at, width, 1.0f);
+      std::fill_n(sums.any_weight + at, width, 1.0f);
     }
     if (shows_something(x0, y0, width, height)) add_window(planes, height, sums);
     for (int y = 0; y < height; ++y)
@@ -238,11 +265,12 @@ class LightFilter {
         const std::size_t at = WindowSums::at(x, y);
         const std::size_t pixel = index(x0 + x, y0 + y);
         const float share = 1 / sums.weight[at];
-        out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * share;
+        const LinearFit fit(sums, at);
+        out_.light[pixel] = RGB(sums.light[0][at], sums.light[1][at], sums.light[2][at]) * (share * fit.factor);
         const float own = *variance_.at(x0 + x, y0 + y);
         const float apart = 1 - sums.weight[at] / sums.surface[at];
-        out_.variance[pixel] =
-            sums.variance[at] * squared(share) * *stated_.at(x0 + x, y0 + y) + kept_variance(apart) * (1 - share) * own;
+        out_.variance[pixel] = sums.variance[at] * squared(share) * fit.variance * *stated_.at(x0 + x, y0 + y) +
+                               kept_variance(apart) * (1 - share) * own;
         out_.unfiltered[pixel] = own;
       }
   }

@@ -102,9 +102,10 @@ HWY_INLINE WindowFloats sum_around(const float* pairs) {
   return sum;
 }
 
-HWY_INLINE void add_product(WindowFloats weight, const float* values, float* sums) {
+/// Adds to sums of a row.
+HWY_INLINE void add_to(float* sums, WindowFloats values) {
   const WindowTag f;
-  hn::StoreU(hn::Add(hn::LoadU(f, sums), hn::Mul(weight, hn::LoadU(f, values))), f, sums);
+  hn::StoreU(hn::Add(hn::LoadU(f, sums), values), f, sums);
 }
 
 /// How far the noise of pixels is the same.
@@ -119,14 +120,45 @@ HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, s
   return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
 }
 
-/// Adds pixels that lie `to` entries on to a row of the tile, as far as the pairs around them are alike.
-HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float near, const WindowPairs& pairs,
+/// What all pairs of a step have in common.
+struct WindowStep {
+  int x, y;
+  std::ptrdiff_t to;  ///< entries
+  float near;         ///< weight by distance
+};
+
+/// Adds a row of the pixels that lie a step away to the sums at `at`.
+/// @param any weights by surface and noise; @param same how far the light is the same
+HWY_INLINE void add_pixels(const WindowPlanes& p, std::ptrdiff_t there, const WindowStep& step, WindowFloats any,
+                           WindowFloats same, std::size_t at, WindowSums& sums) {
+  const WindowTag f;
+  const WindowFloats x = hn::Set(f, static_cast<float>(step.x)), y = hn::Set(f, static_cast<float>(step.y));
+  const WindowFloats weight = hn::Mul(any, same), level = hn::Mul(weight, hn::LoadU(f, p.level + there));
+  const WindowFloats weight_x = hn::Mul(weight, x), weight_y = hn::Mul(weight, y);
+  for (int c = 0; c < 3; ++c) add_to(sums.light[c] + at, hn::Mul(weight, hn::LoadU(f, p.light[c] + there)));
+  add_to(sums.weight + at, weight);
+  add_to(sums.variance + at, hn::Mul(hn::Mul(weight, weight), hn::LoadU(f, p.variance + there)));
+  add_to(sums.level + at, level);
+  add_to(sums.step[0] + at, weight_x);
+  add_to(sums.step[1] + at, weight_y);
+  add_to(sums.square[0] + at, hn::Mul(weight_x, x));
+  add_to(sums.square[1] + at, hn::Mul(weight_x, y));
+  add_to(sums.square[2] + at, hn::Mul(weight_y, y));
+  add_to(sums.slope[0] + at, hn::Mul(level, x));
+  add_to(sums.slope[1] + at, hn::Mul(level, y));
+  add_to(sums.any_weight + at, any);
+  add_to(sums.any_step[0] + at, hn::Mul(any, x));
+  add_to(sums.any_step[1] + at, hn::Mul(any, y));
+}
+
+/// Adds pixels that lie a step away to a row of the tile, as far as the pairs around them are alike.
+HWY_INLINE void add_row(const WindowPlanes& p, int row, const WindowStep& step, const WindowPairs& pairs,
                         WindowSums& sums) {
   using namespace light_window;
   const WindowTag f;
   const WindowFloats zero = hn::Zero(f), one = hn::Set(f, 1.0f), two = hn::Set(f, 2.0f), none = hn::Set(f, kNoWeight);
   for (std::ptrdiff_t x = 0; x < kStride; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
-    const std::ptrdiff_t around = y * kStride + x, there = y * p.stride + x + to;
+    const std::ptrdiff_t around = row * kStride + x, here = row * p.stride + x;
     const WindowFloats own = hn::LoadU(f, pairs.alike + around + kStride + 1);
     if (hn::AllFalse(f, hn::Gt(own, zero))) continue;
     // Of n standard normal numbers the mean square is 1 with a deviation of sqrt(2 / n).
@@ -136,13 +168,10 @@ HWY_INLINE void add_row(const WindowPlanes& p, int y, std::ptrdiff_t to, float n
     const WindowFloats same =
         hn::Min(above_zero(hn::Div(hn::Sub(none, excess), hn::Set(f, kNoWeight - kFullWeight))), one);
     // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-    const WindowFloats surface = hn::Mul(hn::Set(f, near), own);
-    const WindowFloats weight = hn::Mul(hn::Mul(surface, same), same_noise(p, y * p.stride + x, to));
-    const std::size_t at = WindowSums::at(static_cast<int>(x), y);
-    hn::StoreU(hn::Add(hn::LoadU(f, sums.surface + at), surface), f, sums.surface + at);
-    for (int c = 0; c < 3; ++c) add_product(weight, p.light[c] + there, sums.light[c] + at);
-    hn::StoreU(hn::Add(hn::LoadU(f, sums.weight + at), weight), f, sums.weight + at);
-    add_product(hn::Mul(weight, weight), p.variance + there, sums.variance + at);
+    const WindowFloats surface = hn::Mul(hn::Set(f, step.near), own);
+    const std::size_t at = WindowSums::at(static_cast<int>(x), row);
+    add_to(sums.surface + at, surface);
+    add_pixels(p, here + step.to, step, hn::Mul(surface, same_noise(p, here, step.to)), same, at, sums);
   }
 }
 
@@ -159,7 +188,7 @@ void add(const WindowPlanes& planes, int height, WindowSums& sums) {
                                       pairs.differ + row * kStride);
       constexpr float kFar = static_cast<float>((kWindowReach + 1) * (kWindowReach + 1));
       for (int y = 0; y < height; ++y)
-        if (pairs.some[y + 1]) add_row(planes, y, to, 1 - static_cast<float>(distance2) / kFar, pairs, sums);
+        if (pairs.some[y + 1]) add_row(planes, y, {dx, dy, to, 1 - static_cast<float>(distance2) / kFar}, pairs, sums);
     }
 }
 

@@ -36,8 +36,14 @@ struct WindowSums {
   static constexpr std::size_t kFloats = static_cast<std::size_t>(kStride * kHeight);
   float light[3][kFloats];
   float weight[kFloats];
-  float variance[kFloats];  ///< times squared weights
-  float surface[kFloats];   ///< weights that the pixels would have if they showed the same light
+  float variance[kFloats];   ///< times squared weights
+  float surface[kFloats];    ///< weights that the pixels would have if they showed the same light
+  float level[kFloats];      ///< weighted levels
+  float step[2][kFloats];    ///< weighted steps to the pixels, along x and y
+  float square[3][kFloats];  ///< weighted products of steps: xx, xy, yy
+  float slope[2][kFloats];   ///< weighted products of levels and steps
+  // Of the weights that the pixels would have by their surface and noise alone, whatever their levels.
+  float any_weight[kFloats], any_step[2][kFloats];
 
   static std::size_t at(int x, int y) { return static_cast<std::size_t>(y * kStride + x); }
 };

@@ -74,6 +74,20 @@ TEST(LightFilter, PredictsErrorWhereLightHasAllScales) {
   EXPECT_NEAR(predicted_error(filtered), left, 0.25f * left);
 }
 
+/// Mean over a column of the filtered light.
+float column_mean(const FilteredLight& filtered, int x) {
+  float sum = 0;
+  for (int y = 0; y < kSide; ++y) sum += filtered.light[static_cast<std::size_t>(y * kSide + x)].g / kSide;
+  return sum;
+}
+
+/// The pixels around one at the border of a surface lie on one side, where light that rises is 4% brighter.
+TEST(LightFilter, TakesTheLightOfTheRightPlaceAtBorders) {
+  const auto level = [](int x, int) { return 1 + 0.02f * static_cast<float>(x); };
+  const FilteredLight filtered = filter_light(noisy(0.3f, level), flat_surface());
+  for (const int x : {0, 1, kSide - 2, kSide - 1}) EXPECT_NEAR(column_mean(filtered, x), level(x, 0), 0.02f) << x;
+}
+
 TEST(LightFilter, KeepsEdgesOfLight) {
   const auto level = [](int x, int) { return x < kSide / 2 ? 1.0f : 1.6f; };
   const FilteredLight filtered = filter_light(noisy(0.1f, level), flat_surface());
@@ -246,6 +260,36 @@ int count_specks(const std::vector<RGB>& light, float of_sample) {
   return specks;
 }
 
+/// Light of a penumbra that few samples find: a sample of column x does so with chance(x).
+template <typename Chance>
+LightEstimate rare_light(std::uint32_t samples, float dark, float bright, Chance&& chance) {
+  std::mt19937 random(11);
+  LightEstimate out;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    std::binomial_distribution<std::uint32_t> meets(samples, chance(i % kSide));
+    const float share = static_cast<float>(meets(random)) / static_cast<float>(samples);
+    out.level.push_back(dark + bright * share);
+    out.light.push_back(RGB(out.level.back()));
+    out.variance.push_back(bright * bright * share * (1 - share) / static_cast<float>(samples - 1));
+    out.samples.push_back(samples);
+  }
+  return out;
+}
+
+/// Pixels in full shadow have no noise, so those at the end of its penumbra are averaged with pixels of the lit side
+/// alone, whose mean is brighter by nearly one column's rise.
+TEST(LightFilter, MakesNoStepAtTheEndOfAPenumbra) {
+  constexpr int kFirst = kSide / 2 + 2, kLast = kFirst + 6;
+  for (const std::uint32_t samples : {4U, 8U, 16U}) {
+    const float rise = 0.16f / static_cast<float>(samples);
+    const auto chance = [&](int x) { return std::min(rise * static_cast<float>(std::max(x - kSide / 2, 0)), 1.0f); };
+    const FilteredLight filtered = filter_light(rare_light(samples, 0, 1, chance), flat_surface());
+    float excess = 0;
+    for (int x = kFirst; x < kLast; ++x) excess += (column_mean(filtered, x) - chance(x)) / (kLast - kFirst);
+    EXPECT_NEAR(excess, 0, 0.5f * rise) << samples;
+  }
+}
+
 /// The light of a penumbra falls evenly from one side of the picture to the other, and few samples find it: a pixel at
 /// the middle that has met none has no noise either, and must not be told from others by that.
 TEST(LightFilter, LeavesNoSpecksInPenumbrasOfRareLight) {
@@ -253,16 +297,7 @@ TEST(LightFilter, LeavesNoSpecksInPenumbrasOfRareLight) {
   for (const std::uint32_t samples : {2U, 4U, 8U, 16U}) {
     const auto chance = [&](int x) { return 0.8f / static_cast<float>(samples * kSide) * static_cast<float>(x); };
     const auto level = [&](int x, int) { return kDark + kBright * chance(x); };
-    std::mt19937 random(11);
-    LightEstimate estimate;
-    for (int i = 0; i < kSide * kSide; ++i) {
-      std::binomial_distribution<std::uint32_t> meets(samples, chance(i % kSide));
-      const float share = static_cast<float>(meets(random)) / static_cast<float>(samples);
-      estimate.level.push_back(kDark + kBright * share);
-      estimate.light.push_back(RGB(estimate.level.back()));
-      estimate.variance.push_back(kBright * kBright * share * (1 - share) / static_cast<float>(samples - 1));
-      estimate.samples.push_back(samples);
-    }
+    const LightEstimate estimate = rare_light(samples, kDark, kBright, chance);
     const FilteredLight filtered = filter_light(estimate, flat_surface());
     const float of_sample = kBright / static_cast<float>(samples);
     EXPECT_GT(count_specks(estimate.light, of_sample), 1000) << samples;

@@ -49,9 +49,10 @@ inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::pt
   return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
 }
 
-inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to, float distance2,
-                      WindowSums& sums, std::size_t at) {
-  const float distance = std::sqrt(distance2);
+inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, float step_x, float step_y, WindowSums& sums,
+                      std::size_t at) {
+  const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(step_y) * planes.stride + static_cast<std::ptrdiff_t>(step_x);
+  const float distance2 = step_x * step_x + step_y * step_y, distance = std::sqrt(distance2);
   float alike = 0, differ = 0;
   for (std::ptrdiff_t y = -1; y <= 1; ++y)
     for (std::ptrdiff_t x = -1; x <= 1; ++x) {
@@ -67,11 +68,22 @@ inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrd
   const Pair own = compare(planes, here, to, distance);
   if (!(own.alike > 0)) return;
   // The weight must not depend on which of the two is noisier: else rare bright samples lose their light.
-  const float surface = near * own.alike, weight = surface * same * same_noise(planes, here, to);
+  const float surface = near * own.alike, any = surface * same_noise(planes, here, to), weight = any * same;
   for (int c = 0; c < 3; ++c) sums.light[c][at] += weight * planes.light[c][here + to];
   sums.weight[at] += weight;
   sums.surface[at] += surface;
   sums.variance[at] += weight * weight * planes.variance[here + to];
+  const float level = weight * planes.level[here + to], step[] = {step_x, step_y};
+  sums.level[at] += level;
+  sums.any_weight[at] += any;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    sums.step[axis][at] += weight * step[axis];
+    sums.slope[axis][at] += level * step[axis];
+    sums.any_step[axis][at] += any * step[axis];
+  }
+  sums.square[0][at] += weight * step_x * step_x;
+  sums.square[1][at] += weight * step_x * step_y;
+  sums.square[2][at] += weight * step_y * step_y;
 }
 
 }  // namespace light_window
@@ -84,8 +96,8 @@ inline void add_window_reference(const WindowPlanes& planes, int height, WindowS
       if (distance2 == 0 || distance2 > kWindowReach * kWindowReach) continue;
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < WindowSums::kWidth; ++x)
-          light_window::add_pixel(planes, y * planes.stride + x, dy * planes.stride + dx, static_cast<float>(distance2),
-                                  sums, WindowSums::at(x, y));
+          light_window::add_pixel(planes, y * planes.stride + x, static_cast<float>(dx), static_cast<float>(dy), sums,
+                                  WindowSums::at(x, y));
     }
 }
 

@@ -83,9 +83,13 @@ TEST(LightWindow, SameBitsAsPlainLoops) {
       };
       for (int y = 0; y < WindowSums::kHeight; ++y) {
         for (int c = 0; c < 3; ++c) EXPECT_TRUE(same_row(sums.light[c], expected.light[c], y)) << y;
-        EXPECT_TRUE(same_row(sums.weight, expected.weight, y)) << y;
-        EXPECT_TRUE(same_row(sums.variance, expected.variance, y)) << y;
-        EXPECT_TRUE(same_row(sums.surface, expected.surface, y)) << y;
+        for (const auto sum : {&WindowSums::weight, &WindowSums::variance, &WindowSums::surface, &WindowSums::level,
+                               &WindowSums::any_weight})
+          EXPECT_TRUE(same_row(sums.*sum, expected.*sum, y)) << y;
+        for (const auto both : {&WindowSums::step, &WindowSums::slope, &WindowSums::any_step})
+          for (int axis = 0; axis < 2; ++axis)
+            EXPECT_TRUE(same_row((sums.*both)[axis], (expected.*both)[axis], y)) << y;
+        for (int i = 0; i < 3; ++i) EXPECT_TRUE(same_row(sums.square[i], expected.square[i], y)) << y;
       }
     });
   }
