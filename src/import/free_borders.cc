@@ -47,7 +47,7 @@ std::vector<double> free_border_lengths(const Geometry& geometry, std::vector<Bo
   float farthest = 0;
   for (const BorderEdge& e : edges) farthest = std::max({farthest, e.reach, crack(e)});
   std::vector<bool> is_free(edges.size(), true);
-  for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
+  for (std::uint32_t t = 0; t < geometry.triangles.size(); ++t) {
     std::array<Vec3, 3> c;
     for (std::size_t i = 0; i < 3; ++i) c[i] = geometry.positions[geometry.triangles[t][i]];
     const auto [low, high] = bounds(c);

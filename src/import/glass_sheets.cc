@@ -37,7 +37,7 @@ class GlassSurfaces {
  public:
   GlassSurfaces(const Geometry& geometry, const std::vector<bool>& is_glass) : geometry_(geometry) {
     std::unordered_map<FloatBits<3>, std::uint32_t, FloatBitsHash> known;
-    for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
+    for (std::uint32_t t = 0; t < geometry.triangles.size(); ++t) {
       if (!is_glass[geometry.material[t]]) continue;
       Corners& corners = corners_.emplace_back();
       for (std::size_t i = 0; i < 3; ++i) {
@@ -53,69 +53,89 @@ class GlassSurfaces {
 
   /// The triangles of sheets.
   std::vector<std::uint32_t> sheets() const {
-    constexpr double kFlat = 1e-3, kThinnest = 1e-6;
-    Sets surfaces(places_.size());
-    for (const Corners& c : corners_) {
-      surfaces.join(c[0], c[1]);
-      surfaces.join(c[1], c[2]);
-    }
-    struct Sum {
-      double area = 0, volume = 0;
-      Vec3 normal{0, 0, 0};
-    };
-    std::vector<Sum> sums(places_.size());
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      const std::uint32_t surface = surfaces.of(corners_[i][0]);
-      const auto corner = [&](std::size_t c) { return places_[corners_[i][c]] - places_[surface]; };
-      Sum& sum = sums[surface];
-      sum.area += geometry_.area(triangles_[i]);
-      sum.volume += dot(corner(0), cross(corner(1), corner(2))) / 6;
-      sum.normal += geometry_.scaled_normal(triangles_[i]) * 0.5f;
-    }
-    std::vector<bool> is_sheet(places_.size());
-    for (std::size_t s = 0; s < sums.size(); ++s) {
-      const bool both_sides = std::abs(sums[s].volume) <= kThinnest * std::pow(sums[s].area, 1.5);
-      is_sheet[s] = both_sides || length(sums[s].normal) >= (1 - kFlat) * sums[s].area;
-    }
-    std::vector<double> areas(sums.size());
-    for (std::size_t s = 0; s < sums.size(); ++s) areas[s] = sums[s].area;
-    add_open(surfaces, areas, is_sheet);
-    std::vector<std::uint32_t> out;
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-      if (is_sheet[surfaces.of(corners_[i][0])]) out.push_back(triangles_[i]);
-    return out;
+    return triangles_of([](const Surface& surface) { return surface.is_sheet; });
+  }
+
+  /// The triangles of slabs.
+  std::vector<std::uint32_t> slabs() const {
+    // Thickness over the root of the area of a side.
+    constexpr double kThickest = 0.1;
+    return triangles_of([](const Surface& surface) {
+      const double side = surface.area / 2;
+      return !surface.is_sheet && std::abs(surface.volume) / side <= kThickest * std::sqrt(side);
+    });
   }
 
  private:
   using Corners = std::array<std::uint32_t, 3>;
+  /// Triangles that share vertices.
+  struct Surface {
+    double area = 0, volume = 0;
+    Vec3 normal{0, 0, 0};
+    bool is_sheet = false;
+  };
+
+  template <typename Chosen>
+  std::vector<std::uint32_t> triangles_of(Chosen&& chosen) const {
+    Sets sets(places_.size());
+    const std::vector<Surface> surfaces = measure(sets);
+    std::vector<std::uint32_t> out;
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      if (chosen(surfaces[sets.of(corners_[i][0])])) out.push_back(triangles_[i]);
+    return out;
+  }
+
+  /// Surfaces by their sets of places, which it joins.
+  std::vector<Surface> measure(Sets& sets) const {
+    constexpr double kFlat = 1e-3, kThinnest = 1e-6;
+    for (const Corners& c : corners_) {
+      sets.join(c[0], c[1]);
+      sets.join(c[1], c[2]);
+    }
+    std::vector<Surface> out(places_.size());
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const std::uint32_t set = sets.of(corners_[i][0]);
+      const auto corner = [&](std::size_t c) { return places_[corners_[i][c]] - places_[set]; };
+      Surface& surface = out[set];
+      surface.area += geometry_.area(triangles_[i]);
+      surface.volume += dot(corner(0), cross(corner(1), corner(2))) / 6;
+      surface.normal += geometry_.scaled_normal(triangles_[i]) * 0.5f;
+    }
+    for (Surface& surface : out) {
+      const bool both_sides = std::abs(surface.volume) <= kThinnest * std::pow(surface.area, 1.5);
+      surface.is_sheet = both_sides || length(surface.normal) >= (1 - kFlat) * surface.area;
+    }
+    add_open(sets, out);
+    return out;
+  }
 
   /// Marks the surfaces that have a free border.
-  void add_open(Sets& surfaces, const std::vector<double>& areas, std::vector<bool>& is_sheet) const {
+  void add_open(Sets& sets, std::vector<Surface>& surfaces) const {
     // Models leave gaps of a hundredth of their size, as between water and the walls around it.
     constexpr double kGap = 0.02, kHole = 0.1;
     std::vector<BorderEdge> borders;
-    std::vector<std::uint32_t> surface_of(geometry_.triangle_count(), static_cast<std::uint32_t>(places_.size()));
+    std::vector<std::uint32_t> surface_of(geometry_.triangles.size(), static_cast<std::uint32_t>(places_.size()));
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
     const auto edge = [&](std::size_t i, std::size_t c) {
       return std::minmax({corners_[i][c], corners_[i][(c + 1) % 3]});
     };
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      surface_of[triangles_[i]] = surfaces.of(corners_[i][0]);
+      surface_of[triangles_[i]] = sets.of(corners_[i][0]);
       for (std::size_t c = 0; c < 3; ++c) ++uses[edge(i, c)];
     }
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
       const std::uint32_t surface = surface_of[triangles_[i]];
-      for (std::size_t c = 0; c < 3 && !is_sheet[surface]; ++c) {
+      for (std::size_t c = 0; c < 3 && !surfaces[surface].is_sheet; ++c) {
         const auto [a, b] = edge(i, c);
         if (a == b || uses[{a, b}] > 1) continue;
-        borders.push_back(
-            {places_[a], places_[b], triangles_[i], surface, static_cast<float>(kGap * std::sqrt(areas[surface]))});
+        borders.push_back({places_[a], places_[b], triangles_[i], surface,
+                           static_cast<float>(kGap * std::sqrt(surfaces[surface].area))});
       }
     }
     if (borders.empty()) return;
-    const std::vector<double> lengths = free_border_lengths(geometry_, std::move(borders), surface_of, areas.size());
-    for (std::size_t s = 0; s < areas.size(); ++s)
-      if (lengths[s] > kHole * std::sqrt(areas[s])) is_sheet[s] = true;
+    const std::vector<double> lengths = free_border_lengths(geometry_, std::move(borders), surface_of, surfaces.size());
+    for (std::size_t s = 0; s < surfaces.size(); ++s)
+      if (lengths[s] > kHole * std::sqrt(surfaces[s].area)) surfaces[s].is_sheet = true;
   }
 
   const Geometry& geometry_;
@@ -132,6 +152,10 @@ Material pane_of(const Material& solid) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> triangles_of_slabs(const Geometry& geometry, const std::vector<bool>& is_glass) {
+  return GlassSurfaces(geometry, is_glass).slabs();
+}
 
 void make_panes_of_glass_sheets(SceneDescription& scene, NoteCounter& notes) {
   std::vector<bool> is_glass;

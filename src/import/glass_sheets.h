@@ -1,5 +1,8 @@
 // Panes of glass that files describe as solids.
 #pragma once
+#include <cstdint>
+#include <vector>
+
 #include "import/notes.h"
 #include "scene/scene.h"
 
@@ -14,5 +17,11 @@ namespace glowworm {
 ///   What is shorter is a hole in a solid. The surface of a liquid has no free border: a vessel closes its body.
 /// Notes count the triangles.
 void make_panes_of_glass_sheets(SceneDescription& scene, NoteCounter& notes);
+
+/// The triangles of slabs: panes that files describe as closed solids, by all their faces. A slab is all triangles of
+/// some materials that share vertices, if they are no sheet as above, and are at most a tenth as thick as the root of
+/// the area of a side.
+/// @param is_glass for each material, whether it is one of them @return indices into geometry.triangles
+std::vector<std::uint32_t> triangles_of_slabs(const Geometry& geometry, const std::vector<bool>& is_glass);
 
 }  // namespace glowworm

@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/names.h"
 #include "core/text.h"
+#include "import/glass_sheets.h"
 #include "import/window/bsdf_xml.h"
 
 namespace glowworm {
@@ -67,9 +70,15 @@ MaterialText read_material(const std::string& text) {
   return out;
 }
 
-Material pane_material(const MaterialText& given) {
-  const PaneOptics optics = given.rho ? pane_of_data_sheet(*given.tau, *given.rho) : pane_of_transmittance(*given.tau);
+/// What a pane reflects at normal incidence.
+double reflected_by(const PaneOptics& pane, double tau) {
+  const double r = std::pow((pane.ior - 1) / (pane.ior + 1), 2);
+  return r + r * pane.transmittance * tau;
+}
+
+Material pane_material(const PaneOptics& optics, const std::string& name) {
   Material pane;
+  pane.name = name;
   pane.kind = MaterialKind::thin_dielectric;
   pane.ior = static_cast<float>(optics.ior);
   pane.reflectance.value = RGB(1.0f);
@@ -77,7 +86,35 @@ Material pane_material(const MaterialText& given) {
   return pane;
 }
 
+/// Makes both faces of slabs of the materials half of a pane each.
+void halve_slabs(const std::vector<bool>& changed, const Material& half, SceneDescription& scene) {
+  const auto next = static_cast<std::uint32_t>(scene.materials.size());
+  std::size_t count = 0;
+  const auto change = [&](Geometry& geometry, const std::vector<std::uint32_t>& slabs) {
+    for (const std::uint32_t triangle : slabs) geometry.material[triangle] = next;
+    count += slabs.size();
+  };
+  change(scene.geometry, triangles_of_slabs(scene.geometry, changed));
+  for (std::shared_ptr<const Geometry>& mesh : scene.geometry.meshes) {
+    const std::vector<std::uint32_t> slabs = triangles_of_slabs(*mesh, changed);
+    if (slabs.empty()) continue;
+    Geometry copy = *mesh;
+    change(copy, slabs);
+    mesh = std::make_shared<const Geometry>(std::move(copy));
+  }
+  if (count == 0) return;
+  scene.materials.push_back(half);
+  scene.notes.push_back(
+      fmt::format("material \"{}\": {} triangles of closed panes, each face half of the data sheet", half.name, count));
+}
+
 }  // namespace
+
+PaneOptics half_pane_of_data_sheet(double tau, double rho) {
+  // With t and r of a half: tau = t^2 / (1 - r^2), rho = r + r t^2 / (1 - r^2).
+  const double r = rho / (1 + tau);
+  return pane_of_data_sheet(std::sqrt(tau * (1 - r * r)), r);
+}
 
 PaneOptics pane_of_data_sheet(double tau, double rho) {
   // With r of a face and t of the inside: tau = (1 - r)^2 t / (1 - r^2 t^2), rho = r + r t tau.
@@ -111,22 +148,30 @@ Material measured_material(std::string_view text, const std::string& path, std::
 void change_material(const std::string& text, SceneDescription& scene, MemoryBudget& budget) {
   const MaterialText given = read_material(text);
   Material made;
+  PaneOptics pane;
   if (given.file.empty()) {
-    made = pane_material(given);
+    pane = given.rho ? pane_of_data_sheet(*given.tau, *given.rho) : pane_of_transmittance(*given.tau);
+    made = pane_material(pane, given.name);
   } else {
     Reservation held(budget, "BSDF data", 0);
     const std::string data = read_input_file(given.file, held);
     held.grow(bsdf_bytes(data));
     made = measured_material(data, given.file, scene.notes);
+    made.name = given.name;
   }
-  made.name = given.name;
-  bool found = false;
+  std::vector<bool> changed;
   for (Material& material : scene.materials) {
-    if (material.name != given.name) continue;
-    found = true;
-    material = made;
+    changed.push_back(material.name == given.name);
+    if (changed.back()) material = made;
   }
-  if (found) return;
+  if (std::find(changed.begin(), changed.end(), true) != changed.end()) {
+    if (given.tau)
+      halve_slabs(changed,
+                  pane_material(half_pane_of_data_sheet(*given.tau, given.rho.value_or(reflected_by(pane, *given.tau))),
+                                given.name),
+                  scene);
+    return;
+  }
   std::vector<std::string> names;
   for (const Material& material : scene.materials)
     if (!material.name.empty()) names.push_back(material.name);

@@ -20,13 +20,17 @@ struct PaneOptics {
 PaneOptics pane_of_data_sheet(double tau, double rho);
 /// The same with the faces of plain glass, of index 1.52. @param tau at most what clear glass transmits, 0.918
 PaneOptics pane_of_transmittance(double tau);
+/// Two such panes, one behind the other, transmit tau and reflect rho, with all reflections between them.
+PaneOptics half_pane_of_data_sheet(double tau, double rho);
 
 /// Checks a text of --material. Throws Error, with the forms, for others.
 void check_material_text(const std::string& text);
 
 /// Replaces all materials of a name by a text of --material: "NAME,tau=T[,rho=R]" is a thin pane by its data sheet,
-/// "NAME,bsdf=FILE" has the matrices of a file (import/window/bsdf_xml.h). Throws Error as check_material_text() does,
-/// for a name that no material has, and for files that cannot be read. Notes tell what was changed of the matrices.
+/// "NAME,bsdf=FILE" has the matrices of a file (import/window/bsdf_xml.h). Light passes two faces of a slab
+/// (import/glass_sheets.h), so that each of them is half of the pane; a note counts their triangles. Throws Error as
+/// check_material_text() does, for a name that no material has, and for files that cannot be read. Notes tell what was
+/// changed of the matrices.
 void change_material(const std::string& text, SceneDescription& scene, MemoryBudget& budget);
 
 /// A material of the matrices in a text.

@@ -6,6 +6,7 @@
 #include "import/haze.h"
 #include "import/material_text.h"
 #include "scene/environment.h"
+#include "scene/scene_parts.h"
 #include "scene/surface.h"
 #include "test_files.h"
 
@@ -274,6 +275,38 @@ TEST_F(SceneChangesTest, PanesHaveTheTransmittanceAndReflectanceOfTheirDataSheet
   change_material("glazing,tau=0.88", plain, *loading_budget());
   EXPECT_FLOAT_EQ(plain.materials[0].ior, 1.52f);
   EXPECT_NEAR(plain.materials[0].transmittance.value.r, 0.96, 2e-3) << "as Radiance has plain glass";
+}
+
+/// A pane of glass modelled as a closed box, and a large box of sheets.
+TEST_F(SceneChangesTest, FacesOfClosedPanesAreHalvesOfTheDataSheet) {
+  constexpr double kTau = 0.7, kRho = 0.12;
+  const auto boxed = [](float thickness) {
+    SceneDescription d = glazed();
+    d.geometry = {};
+    const Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, thickness};
+    add_quad(d, {0, 0, 0}, y, x);
+    add_quad(d, z, x, y);
+    add_quad(d, {0, 0, 0}, x, z);
+    add_quad(d, y, z, x);
+    add_quad(d, {0, 0, 0}, z, y);
+    add_quad(d, x, y, z);
+    change_material("glazing,tau=0.7,rho=0.12", d, *loading_budget());
+    return d;
+  };
+  const SceneDescription slab = boxed(0.02f);
+  EXPECT_THAT(slab.notes, testing::Contains(HasSubstr("12 triangles of closed panes")));
+  const Scene scene(slab);
+  const auto front_of = [](const Scene& of) {
+    SurfacePoint point = surface_point(of, 0, {0.3f, 0.3f});
+    return resolve_bsdf(of, point);
+  };
+  const Bsdf half = front_of(scene);
+  const double t = straight_transmittance(half, {0, 0, 1}).g, r = albedo(half, {0, 0, 1}, kAllLobes).g - t;
+  // All reflections between the two faces.
+  EXPECT_NEAR(t * t / (1 - r * r), kTau, 1e-4);
+  EXPECT_NEAR(r + r * t * t / (1 - r * r), kRho, 1e-4);
+  const Scene house(boxed(0.8f));
+  EXPECT_NEAR(straight_transmittance(front_of(house), {0, 0, 1}).g, kTau, 1e-4);
 }
 
 TEST_F(SceneChangesTest, BadMaterialTextsAreRefused) {
