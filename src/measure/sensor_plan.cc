@@ -135,7 +135,7 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   if (asked.integrator != Integrator::gather || asked.photons > 0 || asked.gather > 0 || asked.nearest > 0 ||
       asked.indirect_only)
     return usual_plan(asked, "");
-  if (bends_delta_lights(*scene))
+  if (bends_delta_lights(*scene, false))
     return usual_plan(asked, "photons, because mirrors or glass bend light of lamps without size");
   double seconds = 0;
   const Stage stage{scene, tracer, std::make_shared<const PointGrid>(pilot_grid(grid)), wait, seconds};

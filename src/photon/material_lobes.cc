@@ -35,9 +35,10 @@ bool may_have_lobes(const Scene& scene, const SurfacePoint& point, std::uint32_t
   return (lobes(resolve_bsdf(scene, of_material)) & wanted) != 0;
 }
 
-bool may_have_lobes(const Scene& scene, Lobes wanted) {
+bool may_have_lobes(const Scene& scene, Lobes wanted, bool panes) {
   const Geometry& g = scene.geometry();
   std::vector<bool> seen(scene.materials().size(), false);
+  for (std::uint32_t i = 0; i < seen.size(); ++i) seen[i] = !panes && scene.is_pane(i);
   const auto some_have = [&](const std::vector<std::uint32_t>& materials, std::uint32_t first_triangle) {
     for (std::uint32_t i = 0; i < materials.size(); ++i) {
       if (seen[materials[i]]) continue;
@@ -58,9 +59,9 @@ bool may_have_lobes(const Scene& scene, Lobes wanted) {
   return false;
 }
 
-bool bends_delta_lights(const Scene& scene) {
+bool bends_delta_lights(const Scene& scene, bool panes) {
   const auto shines = [](const Light& light) { return !is_black(light.intensity); };
-  return std::any_of(scene.lights().begin(), scene.lights().end(), shines) && may_have_lobes(scene, kSharp);
+  return std::any_of(scene.lights().begin(), scene.lights().end(), shines) && may_have_lobes(scene, kSharp, panes);
 }
 
 }  // namespace glowworm

@@ -8,6 +8,7 @@
 
 #include "builtin/builtin.h"
 #include "core/parallel.h"
+#include "import/material_text.h"
 #include "measure/measurement.h"
 #include "scene/scene_parts.h"
 
@@ -94,6 +95,49 @@ TEST(SensorPlan, TakesWhatIsAskedFor) {
   asked = {};
   asked.noise_target = 0.05;
   EXPECT_EQ(place.plan(asked).settings.samples, 0u) << "as many as noise asks for";
+}
+
+/// A black floor under two panes, and the sun.
+SceneDescription below_two_panes(double tau, double rho) {
+  SceneDescription d = lit_floor(LightCase::sun);
+  for (Material& material : d.materials) material.reflectance.value = RGB(0.0f);
+  const PaneOptics optics = pane_of_data_sheet(tau, rho);
+  Material pane;
+  pane.kind = MaterialKind::thin_dielectric;
+  pane.ior = static_cast<float>(optics.ior);
+  pane.reflectance.value = RGB(1.0f);
+  pane.transmittance.value = RGB(static_cast<float>(optics.transmittance));
+  d.materials.push_back(pane);
+  const auto material = static_cast<std::uint32_t>(d.materials.size() - 1);
+  for (const float height : {2.0f, 2.1f}) add_quad(d, {-2, -2, height}, {4, 0, 0}, {0, 4, 0}, material);
+  d.lights.front().direction = {0, 0, -1};
+  return d;
+}
+
+/// Panes do not bend the sun: paths see it by shadow rays, and photons bring the light that panes reflect alone.
+TEST(SlowSensorPlan, SeesTheSunThroughPanesByPaths) {
+  constexpr double kTau = 0.6, kRho = 0.3;
+  const SceneDescription d = below_two_panes(kTau, kRho);
+  const double sun = d.lights.front().intensity.g;
+  Place place(d, "z=0.5,1");
+  Sensors middle;
+  middle.add({0.1f, 0.2f, 0.5f}, {0, 0, 1});
+  place.sensors = middle;
+  place.grid = std::make_shared<const PointGrid>(sensor_grid(middle, false));
+  const SensorPlan plan = place.plan();
+  EXPECT_EQ(plan.settings.integrator, Integrator::path) << plan.reason;
+  // With all reflections between the two panes.
+  const double expected = sun * kTau * kTau / (1 - kRho * kRho);
+  RenderSettings by_paths = plan.settings, by_photons;
+  by_paths.photons = 200;
+  by_photons.photons = 20'000;
+  by_photons.samples = 8;
+  by_photons.gather = 16;
+  for (const RenderSettings& settings : {by_paths, place.plan(by_photons).settings}) {
+    const Measurement m = place.measure(settings);
+    EXPECT_NEAR(m.irradiance[0].g, expected, (0.005 + 2 * m.relative_error[0]) * expected);
+    EXPECT_LT(m.relative_error[0], 0.02f);
+  }
 }
 
 TEST(SensorPlan, IsTheSameForAnyNumberOfThreads) {
