@@ -13,6 +13,7 @@
 
 #include "apps/attend.h"
 #include "apps/commands.h"
+#include "apps/fisheye_views.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
@@ -28,9 +29,11 @@
 #include "measure/doubts.h"
 #include "measure/find_year.h"
 #include "measure/measurement.h"
+#include "measure/view_year.h"
 #include "measure/year.h"
 #include "measure/year_files.h"
 #include "measure/zones.h"
+#include "scene/radiance_view.h"
 
 namespace glowworm {
 
@@ -41,7 +44,8 @@ struct DaylightOptions {
   std::string write_matrix, write_sky, sky_matrix, useful = "100,300,3000";
   SensorOptions sensors;
   std::vector<std::string> shades, boxes;
-  std::uint32_t patches = 145;
+  std::string views, dgp;
+  std::uint32_t patches = 145, side = kViewSide;
   double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
   ReportOptions report;
   TableOptions table;
@@ -63,9 +67,12 @@ MetricLimits limits_of(const DaylightOptions& o) {
 }
 
 void check_options(const DaylightOptions& o) {
-  o.sensors.check();
-  if (o.output.empty() && o.metrics.empty() && o.write_matrix.empty() && o.write_sky.empty())
-    throw CommandLineError("no output was given", "Give -o, --metrics, --write-matrix or --write-sky.");
+  if (o.views.empty() != o.dgp.empty()) throw CommandLineError("--views and --dgp are given together or not at all");
+  if (!o.dgp.empty() && o.dgp != kStandardOutput && lower_ending(o.dgp) != ".csv")
+    throw CommandLineError(fmt::format("'{}' does not end in .csv", o.dgp));
+  if (o.views.empty() || o.sensors.are_given()) o.sensors.check();
+  if (o.output.empty() && o.metrics.empty() && o.write_matrix.empty() && o.write_sky.empty() && o.dgp.empty())
+    throw CommandLineError("no output was given", "Give -o, --metrics, --dgp, --write-matrix or --write-sky.");
   if (!o.output.empty() && o.output != kStandardOutput && lower_ending(o.output) != ".csv" &&
       lower_ending(o.output) != ".mtx")
     throw CommandLineError(fmt::format("'{}' does not end in .csv or .mtx", o.output));
@@ -83,12 +90,14 @@ OutputFiles files_of(const DaylightOptions& o) {
   files.add_input("the scene", o.scene);
   files.add_input("--epw", o.weather);
   files.add_input("--points", o.sensors.points);
+  files.add_input("--views", o.views);
   files.add_input("--schedule", o.schedule);
   files.add_input("--shade-schedule", o.shade_schedule);
   files.add_input("--sky-matrix", o.sky_matrix);
   for (const std::string& shade : o.shades) files.add_input("--shade", shade);
   files.add("-o", o.output);
   files.add("--metrics", o.metrics);
+  files.add("--dgp", o.dgp);
   files.add("--write-matrix", o.write_matrix);
   files.add("--write-sky", o.write_sky);
   files.probe_all();
@@ -146,6 +155,32 @@ std::optional<FoundState> find_shown(const DaylightOptions& o, const ReadScene& 
                     });
 }
 
+/// The eyes of views as sensors that face as they do.
+Sensors sensors_of_views(const std::vector<RadianceView>& views, const Scene& scene) {
+  Sensors out;
+  for (const RadianceView& view : views) {
+    const Camera camera = camera_of(view, scene);
+    out.add(camera.to_world.translation, normalize(camera.to_world.z));
+  }
+  return out;
+}
+
+/// Rates the views in the hours of a state of the scene; false after a Ctrl-C.
+bool rate_state(const DaylightOptions& o, const ReadScene& scene, const std::vector<RadianceView>& views,
+                std::size_t state, const YearInputs& inputs, std::vector<ViewYear>& out) {
+  if (views.empty()) return true;
+  std::vector<Camera> cameras;
+  for (const RadianceView& view : views) cameras.push_back(camera_of(view, *scene.plain));
+  return rate_views(
+      *scene.plain, cameras, o.side, inputs.model, hours_of_state(inputs.model.sky, inputs.state_of_hour, state),
+      o.table.settings,
+      [&](Job& job, YearProgress part) {
+        const std::exception_ptr failure = attend(job, o.report.quiet, {}, part.before, part.share);
+        if (failure) std::rethrow_exception(failure);
+      },
+      out);
+}
+
 RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,
                const std::vector<Zone>& zones, const Scene& scene, const YearState& bare,
                const std::vector<float>& relative_error) {
@@ -187,7 +222,7 @@ ColorMatrix matrix_of_year(const Year& year) {
 }
 
 void write_year(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const RatedYear& rated,
-                const DaylightCoefficients& coefficients, OutputFiles& files) {
+                const DaylightCoefficients& coefficients, const std::vector<ViewYear>& views, OutputFiles& files) {
   const auto write = [&](const std::string& name, const auto& text) {
     if (name.empty()) return;
     const bool written = files.write(name, [&] { write_file(name, text()); });
@@ -201,6 +236,7 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
     return lower_ending(o.metrics) == ".json" ? metrics_json(rated, o.command_line)
                                               : metrics_csv(rated, o.command_line);
   });
+  write(o.dgp, [&] { return glare_csv(views, inputs.model.sky.hours, inputs.occupied, o.command_line); });
   write(o.write_matrix, [&] { return matrix_text(coefficients.sky, o.command_line); });
   write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.model.sky), o.command_line); });
   files.throw_if_any_failed();
@@ -215,11 +251,15 @@ int run_daylight(DaylightOptions& o) {
   const std::uint64_t memory_bytes =
       o.table.settings.memory_bytes > 0 ? o.table.settings.memory_bytes : default_memory_bytes();
   const YearInputs inputs = read_inputs(o);
+  const std::vector<RadianceView> views = o.views.empty() ? std::vector<RadianceView>() : read_fisheyes(o.views);
+  std::vector<ViewYear> rated_views(views.size(), ViewYear(inputs.model.sky.hours.size()));
   const SunGrid& suns = inputs.model.suns;
   const ReadScene first = open_lit(o, o.scene, inputs, memory_bytes, files);
   MemoryBudget budget(memory_bytes);
   std::vector<Zone> zones;
-  const Sensors sensors = make_sensors(o.sensors, *first.sky.tracer, budget, zones, false);
+  const Sensors sensors = o.sensors.are_given() ? make_sensors(o.sensors, *first.sky.tracer, budget, zones, false)
+                                                : sensors_of_views(views, *first.plain);
+  if (!views.empty()) check_view_room(o.side, inputs.model, memory_bytes);
   check_year_room(sensors.size(), inputs.model.sky.hours.size(), 1 + o.shades.size(), memory_bytes);
   inform(fmt::format("{}: {} triangles, {} sensors, {} hours with light, {} patches of the sky, {} places of the sun",
                      first.plain->name(), first.plain->geometry().triangle_count(), sensors.size(),
@@ -233,12 +273,15 @@ int run_daylight(DaylightOptions& o) {
     if (!here) return kExitSignalled + caught_interrupt();
     if (state == 0) relative_error = std::move(here->relative_error);
     states.push_back(std::move(here->state));
+    if (!rate_state(o, lit, views, state, inputs, rated_views)) return kExitSignalled + caught_interrupt();
   }
   const Year year = year_of(inputs.model.sky, suns, states, inputs.state_of_hour);
   const RatedYear rated = rate(o, year, inputs, sensors, zones, *first.plain, states.front(), relative_error);
   for (std::size_t i = 0; i < rated.zones.size(); ++i)
     inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
-  write_year(o, year, inputs, rated, states.front().coefficients, files);
+  for (std::size_t i = 0; i < rated_views.size(); ++i)
+    inform(glare_text(i, glare_metrics(rated_views[i].dgp, inputs.occupied)));
+  write_year(o, year, inputs, rated, states.front().coefficients, rated_views, files);
   return 0;
 }
 
@@ -255,6 +298,10 @@ Metrics count occupied hours: sDA and ASE as in LM-83 (the sun without bounces, 
 scene without its shades), UDI in four bins, simplified DGP for sensors that face the
 horizon. The mean over hours is within twice relative_error of the truth with a chance
 of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%) or --time.
+--views rates glare by luminances: DGP of every hour and view, from fisheye pictures that
+keep patches of the sky and places of the sun apart, with the sun and its mirror images as
+sources at their real places, as 'glowworm glare' has them. Without sensors, the eyes are
+the sensors.
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.
 
@@ -262,6 +309,7 @@ Examples:
   glowworm daylight office.glb --epw munich.epw --points desks.pts -o year.csv
   glowworm daylight office.glb --epw munich.epw --grid y=0.8,0.5 --metrics rooms.json
   glowworm daylight office.glb --epw munich.epw --zone south=0,0.8,1,6,0.8,4 --metrics m.csv
+  glowworm daylight office.glb --epw munich.epw --views desks.vf --dgp glare.csv
   glowworm daylight up.glb --epw a.epw --grid y=0.8,0.5 --shade down.glb
       --shade-schedule blinds.txt --box south,0,0,0,6,1,4 --metrics rooms.csv)help";
 
@@ -275,6 +323,12 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
            "Illuminance of every hour and sensor as .csv, or as a matrix of Radiance as .mtx; - is CSV on standard "
            "output");
   add_text(c, "Year", "--metrics", o.metrics, "FILE", "Metrics of sensors and zones as .csv or .json");
+  add_text(c, "Year", "--views", o.views, "FILE",
+           "Views to rate for glare, a line each: -vp X Y Z -vd X Y Z -vu X Y Z");
+  add_text(c, "Year", "--dgp", o.dgp, "FILE", "DGP of every hour and view as .csv; - is standard output");
+  add_number(c, "--side", o.side, 16, 1024, "Pixels along a side of the pictures of views")
+      ->option_text(fmt::format("PIXELS [{}]", kViewSide))
+      ->group("Year");
   add_text(c, "Year", "--hours", o.hours, "FROM-TO", "Occupied hours of every day, standard time")
       ->option_text("FROM-TO [" + o.hours + "]");
   add_text(c, "Year", "--schedule", o.schedule, "FILE", "Occupied hours, in place of --hours: 0 or 1 a line");

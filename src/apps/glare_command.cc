@@ -13,6 +13,7 @@
 
 #include "apps/attend.h"
 #include "apps/commands.h"
+#include "apps/fisheye_views.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
 #include "apps/output_files.h"
@@ -29,6 +30,7 @@
 #include "measure/glare.h"
 #include "measure/glare_picture.h"
 #include "measure/measurement.h"
+#include "measure/sky_rays.h"
 #include "scene/light_rig.h"
 #include "scene/radiance_view.h"
 #include "session/command_text.h"
@@ -58,38 +60,15 @@ struct ViewAxes {
   Vec3 right, up, forward;
 };
 
-/// The views of a file, as fisheyes of 180 degrees.
-std::vector<RadianceView> read_views(const std::string& path) {
-  MemoryBudget budget(default_memory_bytes());
-  Reservation held(budget, "the file of views", 0);
-  const std::string text = read_input_file(path, held);
-  std::vector<RadianceView> views = parse_radiance_views(text, path);
-  for (RadianceView& view : views) {
-    view.kind = CameraKind::fisheye;
-    view.horizontal = view.vertical = 180;
-  }
-  return views;
-}
-
-/// The lights infinitely far away that the eye sees, as sources of the sun's size.
-std::vector<GlareSource> sources_of_suns(const Tracer& tracer, const Camera& camera) {
-  constexpr double kSunRadius = 0.2665 * M_PI / 180, kSunSolidAngle = M_PI * kSunRadius * kSunRadius;
-  const Transform& m = camera.to_world;
+/// The suns that the eye sees, straight and in mirrors. @param side pixels of the picture
+std::vector<GlareSource> sources_of_suns(const Tracer& tracer, const Camera& camera, std::uint32_t side) {
   std::vector<GlareSource> out;
+  std::vector<SkyRay> ways;
   for (const Light& light : tracer.scene().lights()) {
-    if (light.kind != LightKind::directional) continue;
-    const Vec3 to_sun = -light.direction;
-    GlareSource sun;
-    sun.direction = {dot(to_sun, normalize(m.x)), dot(to_sun, normalize(m.y)), dot(to_sun, normalize(m.z))};
-    if (!(sun.direction.z > 0)) continue;
-    const RGB seen = light.intensity * tracer.transmittance({m.translation, 0, to_sun, HUGE_VALF});
-    const double across = illuminance(seen);
-    if (!(across > 0)) continue;
-    sun.solid_angle = kSunSolidAngle;
-    sun.luminance = across / kSunSolidAngle;
-    sun.illuminance = across * sun.direction.z;
-    sun.position_index = position_index(sun.direction);
-    out.push_back(sun);
+    if (light.kind != LightKind::directional || is_black(light.intensity)) continue;
+    if (ways.empty()) ways = sky_rays(tracer, camera, static_cast<int>(side), static_cast<int>(side), 1);
+    for (const GlareSource& source : sources_of_sun(tracer, camera, ways, -light.direction, light.intensity))
+      out.push_back(source);
   }
   return out;
 }
@@ -256,7 +235,7 @@ int run_glare(GlareOptions& o) {
   OutputFiles files;
   files.add_input("the scene", o.scene);
   files.add_input("--views", o.views);
-  const std::vector<RadianceView> views = read_views(o.views);
+  const std::vector<RadianceView> views = read_fisheyes(o.views);
   const std::vector<std::string> pictures = picture_names(o, views.size());
   add_outputs(o, pictures, files);
   std::shared_ptr<const Scene> scene = lit_scene(o, loading_budget(asked.memory_bytes), files);
@@ -281,7 +260,7 @@ int run_glare(GlareOptions& o) {
     if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
     if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
     const GlarePicture picture = picture_of(job);
-    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera), threshold_of(o, picture));
+    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera, o.side), threshold_of(o, picture));
     tell_glare(i + 1, glare);
     const Transform& m = camera.to_world;
     const auto axis = [&](Vec3 d) { return scene->to_file_axes(normalize(d)); };

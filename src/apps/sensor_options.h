@@ -18,7 +18,9 @@ struct SensorOptions {
   std::string points, grid, surface;
   std::vector<std::string> zones;
 
-  /// Throws CommandLineError unless one of them is given.
+  /// Whether one of them is given.
+  bool are_given() const { return !points.empty() || !grid.empty() || !surface.empty() || !zones.empty(); }
+  /// Throws CommandLineError unless one of them is given, and no other.
   void check() const;
   /// Whether the sensors lie on surfaces of the scene.
   bool on_surfaces() const { return !surface.empty(); }

@@ -167,10 +167,10 @@ class PassRenderer {
     if (!(tracer_.scene().light_power().total() > 0)) return;
     const bool rays_alone = settings_.kind == PassKind::gather_rays;
     if (settings_.direct && !rays_alone)
-      add_direct_light(tracer_, points,
-                       {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
-                        !(view_.points && view_.points->delta_lights_apart)},
-                       out_.radiance, statistics_);
+      add_direct_light(
+          tracer_, points,
+          {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide, takes_delta_lights()},
+          out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone) {
       if (is_apart())
         add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.caustic, statistics_);
@@ -179,6 +179,13 @@ class PassRenderer {
     }
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
+  }
+
+  /// Whether light samples take lights without size. Not for daylight coefficients, in whose scenes suns are lights of
+  /// their own and the sky is one in parts (measure/year.h): rays towards the actual suns find their direct light.
+  bool takes_delta_lights() const {
+    if (view_.points) return !view_.points->delta_lights_apart;
+    return !(tracer_.scene().environment() && tracer_.scene().environment()->parts);
   }
 
   FinalGatherSettings gather_settings() const {

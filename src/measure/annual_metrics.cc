@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/error.h"
 #include "core/lines.h"
@@ -40,6 +41,23 @@ SensorMetrics metrics_of_hour(double lux, double sun, const MetricLimits& limits
 }  // namespace
 
 double simplified_glare(double vertical_illuminance) { return 6.22e-5 * vertical_illuminance + 0.184; }
+
+GlareMetrics glare_metrics(std::span<const float> dgp, std::span<const std::uint8_t> occupied) {
+  constexpr double kExceeding = 0.05;
+  std::vector<float> rated;
+  GlareMetrics out;
+  for (std::size_t i = 0; i < dgp.size(); ++i) {
+    if (occupied[i] == 0) continue;
+    rated.push_back(dgp[i]);
+    for (std::size_t k = 0; k < kGlareClasses.size(); ++k) out.hours_above[k] += dgp[i] > kGlareClasses[k] ? 1 : 0;
+  }
+  if (rated.empty()) return out;
+  // No more than that share of the hours lie before it.
+  const auto at = static_cast<std::ptrdiff_t>(kExceeding * static_cast<double>(rated.size()));
+  std::nth_element(rated.begin(), rated.begin() + at, rated.end(), std::greater<>());
+  out.exceeded = rated[static_cast<std::size_t>(at)];
+  return out;
+}
 
 std::vector<SensorMetrics> metrics_of(const Year& year, std::span<const std::uint8_t> occupied,
                                       const MetricLimits& limits) {

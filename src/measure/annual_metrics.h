@@ -50,6 +50,18 @@ struct ZoneMetrics {
 /// "Dynamic daylight glare evaluation", Building Simulation 2009.
 double simplified_glare(double vertical_illuminance);
 
+/// Glare of a view over the occupied hours.
+struct GlareMetrics {
+  /// DGP that 5% of the hours exceed: EN 17037:2018, annex E, asks for at most 0.45, 0.40 or 0.35.
+  double exceeded = 0;
+  std::array<std::size_t, 3> hours_above{};  ///< above kGlareClasses
+};
+/// Perceptible, disturbing and intolerable glare (Wienold, 2009; EN 17037:2018).
+inline constexpr std::array<double, 3> kGlareClasses{0.35, 0.40, 0.45};
+
+/// @param dgp, occupied one entry an hour of the year
+GlareMetrics glare_metrics(std::span<const float> dgp, std::span<const std::uint8_t> occupied);
+
 /// @param occupied one entry an hour of the year
 std::vector<SensorMetrics> metrics_of(const Year& year, std::span<const std::uint8_t> occupied,
                                       const MetricLimits& limits = {});

@@ -24,9 +24,6 @@ namespace {
 constexpr std::uint32_t kSamplesOfRound = 2;
 /// Gather rays of a sample, where their number is automatic: few of them find a window, and that is most of the noise.
 constexpr std::uint32_t kGatherRays = 1024;
-/// Photons of a round for each patch of the sky, and for each place of the sun: few of these blur sunlight between
-/// slats.
-constexpr std::uint64_t kPhotonsOfPatch = 2000, kPhotonsOfSun = 8000;
 /// Rounds among which the samples of a plan are divided. Reflected sunlight has most of the noise of a round.
 constexpr std::uint32_t kRoundsOfPlan = 16;
 

@@ -43,6 +43,10 @@ Sensors moved_sensors(Sensors sensors, const Scene& from, const Scene& to);
 /// Error of the illuminance of an hour at which rounds end: it holds within 5% with a chance of 95%.
 inline constexpr double kYearNoise = 0.025;
 
+/// Photons for each patch of the sky, and for each place of the sun, where their number is automatic: few of these blur
+/// sunlight between slats.
+inline constexpr std::uint64_t kPhotonsOfPatch = 2000, kPhotonsOfSun = 8000;
+
 /// Throws MemoryError if the tables of a year and of the states of its scene take more than half of the budget.
 void check_year_room(std::size_t sensors, std::size_t hours, std::size_t states, std::uint64_t memory_bytes);
 

@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "core/error.h"
-#include "core/transform_double.h"
 
 namespace glowworm {
 
@@ -14,12 +13,6 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 /// Points along a side of a pixel at which its solid angle is taken.
 constexpr int kPoints = 4;
-
-/// What a pixel shows of the half space in front of the eye.
-struct PixelView {
-  double solid_angle = 0;
-  Vec3d projected;  ///< integral of the direction over it
-};
 
 Vec2 plane_of(const GlarePicture& p, double x, double y) {
   return {static_cast<float>((2 * x / p.width - 1) * p.half_x), static_cast<float>((1 - 2 * y / p.height) * p.half_y)};
@@ -126,13 +119,19 @@ double unified_glare_rating(double background, std::span<const GlareSource> sour
   return sum > 0 && background > 0 ? 8 * std::log10(0.25 / background * sum) : 0;
 }
 
-Glare rate_glare(const GlarePicture& p, std::span<const GlareSource> lights, double threshold) {
+std::vector<PixelView> pixel_views(const GlarePicture& p) {
+  std::vector<PixelView> views;
+  views.reserve(p.luminance.size());
+  for (int y = 0; y < p.height; ++y)
+    for (int x = 0; x < p.width; ++x) views.push_back(view_of_pixel(p, x, y));
+  return views;
+}
+
+Glare rate_glare(const GlarePicture& p, std::span<const PixelView> views, std::span<const GlareSource> lights,
+                 double threshold) {
   Glare out;
   std::vector<int> level(p.luminance.size(), 0);
-  std::vector<PixelView> views;
-  views.reserve(level.size());
   for (std::size_t i = 0; i < level.size(); ++i) {
-    views.push_back(view_of_pixel(p, static_cast<int>(i) % p.width, static_cast<int>(i) / p.width));
     if (views[i].solid_angle > 0) level[i] = level_of(p.luminance[i], threshold);
     out.vertical_illuminance += p.luminance[i] * views[i].projected.z;
   }

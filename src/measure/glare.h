@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/transform_double.h"
 #include "core/vec.h"
 #include "scene/camera.h"
 
@@ -57,11 +58,24 @@ double task_luminance(const GlarePicture& picture, const GlareTask& task);
 /// @param direction unit, x to the right, y up, z along the view
 double position_index(Vec3 direction);
 
+/// What a pixel shows of the half space in front of the eye.
+struct PixelView {
+  double solid_angle = 0;  ///< sr
+  Vec3d projected;         ///< integral of the direction over it
+};
+/// Of each pixel of a picture; its luminance is not read.
+std::vector<PixelView> pixel_views(const GlarePicture& picture);
+
 /// Sources are connected pixels above the threshold; those above kGlarePeak are sources of their own, such as the sun
 /// in a bright sky.
+/// @param views pixel_views() of the picture, or of another of its kind and size
 /// @param threshold cd/m^2; @param lights beside those of the picture, such as the sun, whose disc is less than a pixel
-Glare rate_glare(const GlarePicture& picture, std::span<const GlareSource> lights = {},
-                 double threshold = kGlareThreshold);
+Glare rate_glare(const GlarePicture& picture, std::span<const PixelView> views,
+                 std::span<const GlareSource> lights = {}, double threshold = kGlareThreshold);
+inline Glare rate_glare(const GlarePicture& picture, std::span<const GlareSource> lights = {},
+                        double threshold = kGlareThreshold) {
+  return rate_glare(picture, pixel_views(picture), lights, threshold);
+}
 
 /// Daylight glare probability (Wienold and Christoffersen, Energy and Buildings 38(7), 2006), with evalglare's
 /// low-light correction below 1000 lx at the eye (Wienold, "Daylight glare in offices", 2009).

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -27,8 +28,12 @@ std::vector<SkyPatches::Piece> pieces_of(const SkyPatches& patches) {
   return patches.pieces(static_cast<int>(std::ceil(std::sqrt(kPieces / static_cast<double>(patches.size())))));
 }
 
-/// Mean radiance of patches of a sky, with a horizontal irradiance of 1. The ground stays black.
-std::vector<float> relative_sky(const SkyModel& sky, std::span<const SkyPatches::Piece> pieces, std::size_t patches) {
+/// A sky by its patches.
+struct PatchedSky {
+  std::vector<float> relative;  ///< mean radiance of patches, with a horizontal irradiance of 1; the ground is black
+  double horizontal = 0;        ///< irradiance of the sky
+};
+PatchedSky relative_sky(const SkyModel& sky, std::span<const SkyPatches::Piece> pieces, std::size_t patches) {
   std::vector<double> light(patches), solid_angle(patches), projected(patches);
   for (const SkyPatches::Piece& piece : pieces) {
     light[piece.patch] += sky_radiance(sky, piece.direction) * piece.solid_angle;
@@ -37,69 +42,18 @@ std::vector<float> relative_sky(const SkyModel& sky, std::span<const SkyPatches:
   }
   double horizontal = 0;
   for (std::size_t i = 1; i < patches; ++i) horizontal += light[i] / solid_angle[i] * projected[i];
-  std::vector<float> out(patches);
+  PatchedSky out{std::vector<float>(patches), horizontal};
   if (!(horizontal > 0)) return out;
-  for (std::size_t i = 1; i < patches; ++i) out[i] = static_cast<float>(light[i] / solid_angle[i] / horizontal);
+  for (std::size_t i = 1; i < patches; ++i)
+    out.relative[i] = static_cast<float>(light[i] / solid_angle[i] / horizontal);
   return out;
 }
 
-/// A matrix as planes of its channels, or of one where it is grey, so that sums over columns run in vectors.
-struct Planes {
-  std::size_t columns = 0;
-  std::vector<std::vector<float>> channel;
-
-  /// @param chosen columns; empty: all
-  Planes(const ColorMatrix& m, std::span<const std::uint32_t> chosen) : columns(chosen.size()) {
-    const bool is_grey = std::all_of(m.value.begin(), m.value.end(), [](RGB v) { return v.r == v.g && v.g == v.b; });
-    channel.resize(is_grey ? 1 : 3);
-    for (std::size_t c = 0; c < channel.size(); ++c)
-      for (std::size_t row = 0; row < m.rows; ++row)
-        for (const std::uint32_t column : chosen) {
-          const RGB v = m.at(row, column);
-          channel[c].push_back(c == 0 ? v.r : c == 1 ? v.g : v.b);
-        }
-  }
-
-  /// Parts of the luminance of `v` times an element.
-  float part(RGB v, std::size_t c) const {
-    if (channel.size() == 1) return luminance(v);
-    return luminance({c == 0 ? v.r : 0, c == 1 ? v.g : 0, c == 2 ? v.b : 0});
-  }
-};
-
-/// Illuminance of sensors in some of the lit hours, without the direct sun.
-class DiffuseLight {
- public:
-  DiffuseLight(const YearSky& sky, const SunGrid& grid, std::vector<std::uint32_t> hours)
-      : sky_(sky), grid_(grid), hours_(std::move(hours)), planes_(sky.sky, hours_) {}
-
-  std::size_t size() const { return hours_.size(); }
-
-  /// @param out one value an hour, lx
-  void illuminance(const DaylightCoefficients& of, std::size_t sensor, std::span<float> out) const {
-    std::fill(out.begin(), out.end(), 0.0f);
-    for (std::size_t c = 0; c < planes_.channel.size(); ++c)
-      for (std::size_t patch = 0; patch < of.sky.columns; ++patch) {
-        const float factor = planes_.part(of.sky.at(sensor, patch), c);
-        const float* const row = planes_.channel[c].data() + patch * hours_.size();
-        for (std::size_t i = 0; i < out.size(); ++i) out[i] += factor * row[i];
-      }
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const float beam = sky_.beam[hours_[i]];
-      float light = 0;
-      if (beam > 0)
-        for (const SunGrid::Share& share : grid_.shares()[hours_[i]])
-          if (share.weight > 0) light += share.weight * luminance(of.suns.at(sensor, share.place));
-      out[i] = kLuminousEfficacy * (out[i] + beam * light);
-    }
-  }
-
- private:
-  const YearSky& sky_;
-  const SunGrid& grid_;
-  std::vector<std::uint32_t> hours_;  // as indices into YearSky::lit
-  Planes planes_;
-};
+/// The part of the luminance of a product with `v` that one of the channels has, over that channel.
+float part_of_channel(RGB v, std::size_t channel, std::size_t channels) {
+  if (channels == 1) return luminance(v);
+  return luminance({channel == 0 ? v.r : 0, channel == 1 ? v.g : 0, channel == 2 ? v.b : 0});
+}
 
 void add_to(ColorMatrix& sum, const ColorMatrix& m) {
   if (sum.value.empty()) {
@@ -124,21 +78,25 @@ YearSky year_sky(const WeatherYear& year, const SkyPatches& patches, double grou
     out.beam.push_back(static_cast<float>(sky->direct));
   }
   out.sky = {patches.size(), skies.size(), std::vector<RGB>(patches.size() * skies.size())};
+  out.shape.resize(skies.size());
   const std::vector<SkyPatches::Piece> pieces = pieces_of(patches);
   constexpr std::size_t kHoursAtOnce = 16;
   parallel_for_each(skies.size(), kHoursAtOnce, [&](std::size_t i) {
     const PerezSky& sky = skies[i];
-    const std::vector<float> relative = relative_sky(sky.shape, pieces, patches.size());
+    const PatchedSky patched = relative_sky(sky.shape, pieces, patches.size());
+    out.shape[i] = sky.shape;
+    out.shape[i].zenith = patched.horizontal > 0 ? static_cast<float>(sky.diffuse / patched.horizontal) : 0.0f;
     out.sky.value[i] = RGB(static_cast<float>(ground * sky.horizontal() / M_PI));
     for (std::size_t patch = 1; patch < patches.size(); ++patch)
-      out.sky.value[patch * skies.size() + i] = RGB(relative[patch] * static_cast<float>(sky.diffuse));
+      out.sky.value[patch * skies.size() + i] = RGB(patched.relative[patch] * static_cast<float>(sky.diffuse));
   });
   return out;
 }
 
 std::vector<float> overcast_sky(const SkyPatches& patches, double ground) {
   constexpr int kOvercast = 16;
-  std::vector<float> out = relative_sky(cie_sky(kOvercast, {0, 1, 0}, 1, 0), pieces_of(patches), patches.size());
+  std::vector<float> out =
+      relative_sky(cie_sky(kOvercast, {0, 1, 0}, 1, 0), pieces_of(patches), patches.size()).relative;
   out[0] = static_cast<float>(ground / M_PI);
   return out;
 }
@@ -160,6 +118,7 @@ void replace_sky(YearSky& sky, const ColorMatrix& matrix, const std::string& pat
   for (std::size_t row = 0; row < matrix.rows; ++row)
     for (std::size_t i = 0; i < sky.lit.size(); ++i)
       sky.sky.value[row * sky.lit.size() + i] = matrix.at(row, sky.lit[i]);
+  sky.shape.clear();
 }
 
 std::shared_ptr<const PointGrid> coefficient_grid(const Sensors& sensors, bool on_surfaces) {
@@ -216,21 +175,47 @@ std::vector<float> CoefficientMean::relative_error() const {
   return out;
 }
 
-std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
-  GatherPoints points;
-  SlotRadiance unused;
-  FirstHit first_hit;
-  Statistics statistics;
-  point_pass(tracer, grid, CameraTask{0, 0, grid.width, grid.height}, unused, first_hit, points, statistics);
-  std::vector<float> out(sensors * sky.lit.size());
-  parallel_for_each(sensors, 1, [&](std::size_t sensor) {
-    const Vertex vertex = vertex_of(points, sensor);
+DiffuseLight::DiffuseLight(const YearSky& sky, const SunGrid& grid, std::vector<std::uint32_t> hours)
+    : sky_(sky), grid_(grid), hours_(std::move(hours)) {
+  const ColorMatrix& m = sky.sky;
+  const bool is_grey = std::all_of(m.value.begin(), m.value.end(), [](RGB v) { return v.r == v.g && v.g == v.b; });
+  channel_.resize(is_grey ? 1 : 3);
+  for (std::size_t c = 0; c < channel_.size(); ++c)
+    for (std::size_t row = 0; row < m.rows; ++row)
+      for (const std::uint32_t hour : hours_) channel_[c].push_back(m.at(row, hour)[static_cast<int>(c)]);
+}
+
+void DiffuseLight::illuminance(const DaylightCoefficients& of, std::size_t sensor, std::span<float> out) const {
+  std::fill(out.begin(), out.end(), 0.0f);
+  for (std::size_t c = 0; c < channel_.size(); ++c)
+    for (std::size_t patch = 0; patch < of.sky.columns; ++patch) {
+      const float factor = part_of_channel(of.sky.at(sensor, patch), c, channel_.size());
+      const float* const row = channel_[c].data() + patch * hours_.size();
+      for (std::size_t i = 0; i < out.size(); ++i) out[i] += factor * row[i];
+    }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const float beam = sky_.beam[hours_[i]];
+    float light = 0;
+    if (beam > 0)
+      for (const SunGrid::Share& share : grid_.shares()[hours_[i]])
+        if (share.weight > 0) light += share.weight * luminance(of.suns.at(sensor, share.place));
+    out[i] = kLuminousEfficacy * (out[i] + beam * light);
+  }
+}
+
+std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& points, std::size_t slots,
+                                 const YearSky& sky, std::span<const std::uint32_t> hours) {
+  constexpr std::size_t kPointsAtOnce = 16;
+  std::vector<float> out(slots * hours.size());
+  parallel_for_each(points.size(), kPointsAtOnce, [&](std::size_t point) {
+    if (points.slot[point] >= slots) return;
+    const Vertex vertex = vertex_of(points, point);
     std::vector<UnoccludedLight> lights;
     std::vector<std::size_t> hour;
-    for (std::size_t i = 0; i < sky.lit.size(); ++i) {
-      if (!(sky.beam[i] > 0)) continue;
+    for (std::size_t i = 0; i < hours.size(); ++i) {
+      if (!(sky.beam[hours[i]] > 0)) continue;
       LightSample sun;
-      sun.direction = sky.sun[i];
+      sun.direction = sky.sun[hours[i]];
       sun.distance = std::numeric_limits<float>::infinity();
       sun.radiance = RGB(1.0f);
       sun.pdf = 1;
@@ -242,8 +227,28 @@ std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::
     }
     const std::vector<RGB> passed = passed_shares(tracer, lights);
     for (std::size_t k = 0; k < passed.size(); ++k)
-      out[sensor * sky.lit.size() + hour[k]] = luminance(points.throughput[sensor] * lights[k].radiance * passed[k]);
+      out[points.slot[point] * hours.size() + hour[k]] =
+          luminance(points.throughput[point] * lights[k].radiance * passed[k]);
   });
+  return out;
+}
+
+std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
+  GatherPoints points;
+  SlotRadiance unused;
+  FirstHit first_hit;
+  Statistics statistics;
+  point_pass(tracer, grid, CameraTask{0, 0, grid.width, grid.height}, unused, first_hit, points, statistics);
+  std::vector<std::uint32_t> all(sky.lit.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return reflected_sun(tracer, points, sensors, sky, all);
+}
+
+std::vector<std::uint32_t> hours_of_state(const YearSky& sky, std::span<const std::uint32_t> state_of_hour,
+                                          std::size_t state) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t i = 0; i < sky.lit.size(); ++i)
+    if ((state_of_hour.empty() ? 0 : state_of_hour[sky.lit[i]]) == state) out.push_back(static_cast<std::uint32_t>(i));
   return out;
 }
 
@@ -255,10 +260,7 @@ Year year_of(const YearSky& sky, const SunGrid& grid, std::span<const YearState>
   out.total.resize(out.sensors * out.hours);
   out.sun.resize(out.sensors * out.hours);
   for (std::size_t state = 0; state < states.size(); ++state) {
-    std::vector<std::uint32_t> hours;
-    for (std::size_t i = 0; i < sky.lit.size(); ++i)
-      if ((state_of_hour.empty() ? 0 : state_of_hour[sky.lit[i]]) == state)
-        hours.push_back(static_cast<std::uint32_t>(i));
+    const std::vector<std::uint32_t> hours = hours_of_state(sky, state_of_hour, state);
     const DiffuseLight light(sky, grid, hours);
     parallel_for_each(out.sensors, 1, [&](std::size_t sensor) {
       std::vector<float> lux(hours.size());

@@ -12,6 +12,8 @@
 #include "measure/sensors.h"
 #include "measure/sky_patches.h"
 #include "measure/sun_grid.h"
+#include "points/gather_points.h"
+#include "scene/sky_model.h"
 
 namespace glowworm {
 
@@ -22,6 +24,7 @@ struct YearSky {
   std::vector<Vec3> sun;           ///< of each of them: unit, towards the sun
   std::vector<float> beam;         ///< of each of them: normal irradiance of the sun; 0 while it is down
   ColorMatrix sky;                 ///< radiance of the ground and each patch (rows) in each of them, W sr^-1 m^-2
+  std::vector<SkyModel> shape;  ///< the sky itself in each of them, with a black ground; empty: patches are known alone
 };
 
 /// The year by perez_sky(). Each patch has the mean radiance of its part of the sky; the ground that of its reflectance
@@ -67,6 +70,32 @@ class CoefficientMean {
   std::uint32_t count_ = 0;
 };
 
+/// Illuminance of sensors in some of the lit hours, without the direct sun; or luminance, of places whose coefficients
+/// are of radiance.
+class DiffuseLight {
+ public:
+  /// @param hours as indices into YearSky::lit
+  DiffuseLight(const YearSky& sky, const SunGrid& grid, std::vector<std::uint32_t> hours);
+
+  std::size_t size() const { return hours_.size(); }
+  /// @param out one value an hour, lx
+  void illuminance(const DaylightCoefficients& of, std::size_t sensor, std::span<float> out) const;
+
+ private:
+  const YearSky& sky_;
+  const SunGrid& grid_;
+  std::vector<std::uint32_t> hours_;
+  // Channels of the sky in these hours, or one where it is grey: patches are rows, so that sums over hours run in
+  // vectors.
+  std::vector<std::vector<float>> channel_;
+};
+
+/// What gather points reflect of the sun itself in some of the lit hours (columns), for a normal irradiance of 1:
+/// luminance.
+/// @param slots rows of the result: points of other slots count for nothing, and no two points may have one
+std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& points, std::size_t slots,
+                                 const YearSky& sky, std::span<const std::uint32_t> hours);
+
 /// What the sun itself gives sensors in the lit hours, without any bounce: cosine times the share that passes panes,
 /// times the luminance of a normal irradiance of 1. Sensors are rows.
 std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
@@ -86,6 +115,10 @@ struct YearState {
   DaylightCoefficients coefficients;
   std::vector<float> sun;  ///< direct_sun()
 };
+
+/// The lit hours of a state, as indices into YearSky::lit. @param state_of_hour as of year_of()
+std::vector<std::uint32_t> hours_of_state(const YearSky& sky, std::span<const std::uint32_t> state_of_hour,
+                                          std::size_t state);
 
 /// Sums up a year. @param state_of_hour index into `states` of each hour of the file; empty: the first
 Year year_of(const YearSky& sky, const SunGrid& grid, std::span<const YearState> states,

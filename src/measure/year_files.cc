@@ -79,6 +79,34 @@ std::string year_csv(const Year& year, std::span<const WeatherHour> hours, const
   return text;
 }
 
+std::string glare_text(std::size_t view, const GlareMetrics& g) {
+  return fmt::format(
+      "view {}: DGP {:.3f} is exceeded in 5% of the occupied hours; above {:.2f}: {} h, above {:.2f}: {} h, above "
+      "{:.2f}: {} h",
+      view + 1, g.exceeded, kGlareClasses[0], g.hours_above[0], kGlareClasses[1], g.hours_above[1], kGlareClasses[2],
+      g.hours_above[2]);
+}
+
+std::string glare_csv(std::span<const ViewYear> views, std::span<const WeatherHour> hours,
+                      std::span<const std::uint8_t> occupied, const std::string& about) {
+  std::string text = fmt::format(
+      "# {}\n# DGP and vertical illuminance (lx) of each view; each hour is given by its end, in standard time\n",
+      one_line(about));
+  for (std::size_t i = 0; i < views.size(); ++i)
+    text += "# " + glare_text(i, glare_metrics(views[i].dgp, occupied)) + "\n";
+  text += "month,day,hour";
+  for (std::size_t i = 0; i < views.size(); ++i) fmt::format_to(std::back_inserter(text), ",DGP{0},E_v{0}_lx", i + 1);
+  text += '\n';
+  for (std::size_t hour = 0; hour < hours.size(); ++hour) {
+    const WeatherHour& h = hours[hour];
+    fmt::format_to(std::back_inserter(text), "{},{},{}", h.moment.month, h.moment.day, h.hour);
+    for (const ViewYear& view : views)
+      fmt::format_to(std::back_inserter(text), ",{:.3f},{:.4g}", view.dgp[hour], view.illuminance[hour]);
+    text += '\n';
+  }
+  return text;
+}
+
 std::string zone_text(const std::string& name, const ZoneMetrics& z, const MetricLimits& limits) {
   return fmt::format(
       "{}: {} sensors, sDA({:g} lx, {:g}%) {:.1f}%, ASE({:g} lx, {:g} h) {:.1f}%, UDI {:.1f}/{:.1f}/{:.1f}/{:.1f}%, "

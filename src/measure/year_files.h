@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "measure/annual_metrics.h"
+#include "measure/view_year.h"
 #include "measure/year.h"
 
 namespace glowworm {
@@ -35,6 +36,13 @@ struct RatedYear {
 
 /// A row an hour: month, day, hour (its end, standard time), and the illuminance of each sensor in lx.
 std::string year_csv(const Year& year, std::span<const WeatherHour> hours, const std::string& about);
+
+/// "view 1: DGP 0.382 is exceeded in 5% of the occupied hours; ..." for people.
+std::string glare_text(std::size_t view, const GlareMetrics& glare);
+
+/// A row an hour, as year_csv() has them: DGP and vertical illuminance (lx) of each view; glare_text() as comments.
+std::string glare_csv(std::span<const ViewYear> views, std::span<const WeatherHour> hours,
+                      std::span<const std::uint8_t> occupied, const std::string& about);
 
 /// A row a sensor; zones as comments.
 std::string metrics_csv(const RatedYear& rated, const std::string& about);

@@ -1,6 +1,7 @@
 // `glowworm daylight`: a weather file in, tables out.
 #include <algorithm>
 #include <fstream>
+#include <sstream>
 
 #include "apps/program.h"
 
@@ -90,8 +91,45 @@ TEST_F(DaylightTest, TakesShadesBySchedule) {
   EXPECT_GT(lux("13"), 0.8 * lux("11"));
 }
 
+/// Without sensors the eyes are the sensors.
+TEST_F(DaylightTest, RatesViews) {
+  write_inputs();
+  // So little light that no index is at its bound.
+  std::string weather = read(path("a.epw"));
+  const std::string day = ",600,500,200,", dim = ",20,10,15,";
+  for (std::size_t at = weather.find(day); at != std::string::npos; at = weather.find(day))
+    weather.replace(at, day.size(), dim);
+  std::ofstream(path("a.epw")) << weather;
+  std::ofstream(path("v.vf")) << "rview -vp 0 1 0 -vd 1 0.1 0 -vu 0 1 0\nrview -vp 0 1 0 -vd 0 -1 0 -vu 1 0 0\n";
+  const Outcome outcome = run({"daylight", "floor.obj", "--epw", "a.epw", "--views", "v.vf", "--dgp", "g.csv", "--side",
+                               "24", "-o", "y.csv", "--samples", "16", "--photons", "100000"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("view 1: DGP"));
+  EXPECT_THAT(outcome.err, testing::HasSubstr("is exceeded in 5% of the occupied hours"));
+  const std::string table = read(path("g.csv")), sensors = read(path("y.csv"));
+  EXPECT_THAT(table, testing::HasSubstr("\nmonth,day,hour,DGP1,E_v1_lx,DGP2,E_v2_lx\n6,21,1,0.000,0,0.000,0\n"));
+  const auto numbers = [](const std::string& text, const std::string& hour) {
+    const std::string row = "\n6,21," + hour + ",";
+    std::vector<double> out;
+    std::istringstream in(text.substr(text.find(row) + row.size()));
+    std::string line, word;
+    std::getline(in, line);
+    std::istringstream words(line);
+    while (std::getline(words, word, ',')) out.push_back(std::stod(word));
+    return out;
+  };
+  // In the morning the sun is in the east.
+  const std::vector<double> morning = numbers(table, "8"), evening = numbers(table, "17");
+  EXPECT_GT(morning[0], 0.5);
+  EXPECT_LT(evening[0], 0.4);
+  EXPECT_GT(evening[0], 0.1);
+  for (const char* hour : {"8", "13", "17"})
+    EXPECT_NEAR(numbers(table, hour)[1] / numbers(sensors, hour)[0], 1, 0.06) << hour;
+}
+
 TEST_F(DaylightTest, RefusesWhatDoesNotFit) {
   write_inputs();
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--dgp", "g.csv"}), {"--views"}, 2));
   EXPECT_TRUE(refused(daylight({}), {"no output"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.txt"}), {"y.txt", ".csv"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--hours", "18-8"}), {"18-8"}, 2));

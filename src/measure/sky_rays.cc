@@ -1,0 +1,159 @@
+#include "measure/sky_rays.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "core/parallel.h"
+#include "measure/measurement.h"
+#include "transport/medium.h"
+#include "transport/step.h"
+#include "transport/vertex.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Bounces of a way at most, and the least share of the sky's light that is followed.
+constexpr int kMostBounces = 12;
+constexpr float kLeastShare = 1e-3f;
+/// The sun's angular radius, and the radius of the disc that stands for it in mirrors, over the distance of ways.
+constexpr double kSunRadius = 0.2665 * M_PI / 180, kDiscOverSpacing = 2;
+constexpr double kSunSolidAngle = M_PI * kSunRadius * kSunRadius;
+/// Images of the sun that are closer than so many radii of that disc are one.
+constexpr double kOneImage = 3;
+
+/// The perfectly smooth lobes of a vertex, with what each of them passes on; none if it has others that are sharp.
+struct SmoothLobes {
+  std::array<ScatteredRay, 2> ray;
+  std::size_t count = 0;
+};
+SmoothLobes smooth_lobes(const Vertex& vertex) {
+  constexpr float kAlmostOne = 0x1.fffffep-1f, kRounding = 1e-5f;
+  const ShadedSurface surface = vertex.surface();
+  const ScatteredRay first = surface.sample(vertex.wo, 0, {0.5f, 0.5f}, kSharp),
+                     last = surface.sample(vertex.wo, kAlmostOne, {0.5f, 0.5f}, kSharp);
+  if (!first.valid || !first.delta) return {};
+  if (std::abs(first.pdf - 1) < kRounding) return {{first, {}}, 1};
+  if (!last.valid || !last.delta || std::abs(first.pdf + last.pdf - 1) >= kRounding) return {};
+  return {{first, last}, 2};
+}
+
+void follow(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::vector<SkyRay>& out) {
+  const Scene& scene = tracer.scene();
+  const Hit hit = tracer.intersect(path.ray, bounces == 0 ? RayOrder::camera : RayOrder::incoherent);
+  if (hit.triangle == kNone) {
+    way.towards = path.ray.direction;
+    way.share = luminance(path.throughput);
+    out.push_back(way);
+    return;
+  }
+  if (bounces == kMostBounces) return;
+  if (is_interface(scene, hit.triangle)) {
+    pass_interface(scene, path, hit);
+    follow(tracer, path, way, bounces + 1, out);
+    return;
+  }
+  Vertex vertex = vertex_at(scene, path.ray, hit);
+  resolve_material(scene, vertex, path.throughput, [] { return 0.5f; });
+  if (!vertex.has(kSharp)) return;
+  const SmoothLobes lobes = smooth_lobes(vertex);
+  for (std::size_t i = 0; i < lobes.count; ++i) {
+    const ScatteredRay& lobe = lobes.ray[i];
+    PathState next = path;
+    if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf) || luminance(next.throughput) < kLeastShare) continue;
+    SkyRay on = way;
+    on.bent |= !lobe.straight;
+    follow(tracer, next, on, bounces + 1, out);
+  }
+}
+
+/// A direction in the axes of GlareSource.
+Vec3 in_view(const Camera& camera, Vec3 d) {
+  const Transform& m = camera.to_world;
+  return {dot(d, normalize(m.x)), dot(d, normalize(m.y)), dot(d, normalize(m.z))};
+}
+
+GlareSource source_of(Vec3 seen, double luminance, double solid_angle) {
+  GlareSource out;
+  out.direction = seen;
+  out.luminance = luminance;
+  out.solid_angle = solid_angle;
+  out.illuminance = luminance * solid_angle * seen.z;
+  out.position_index = position_index(seen);
+  return out;
+}
+
+/// An image of the sun in a mirror.
+struct SunImage {
+  Vec3 first;  ///< of its ways
+  Vec3d seen;
+  double solid_angle = 0, flux = 0;
+};
+
+}  // namespace
+
+std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across) {
+  std::vector<std::vector<SkyRay>> of_row(static_cast<std::size_t>(height));
+  const ScreenWindow window = screen_window(camera, width, height);
+  const double area = double{window.right - window.left} * (window.top - window.bottom) /
+                      (double{1} * width * height * across * across);
+  parallel_for_each(of_row.size(), 1, [&](std::size_t y) {
+    for (int x = 0; x < width; ++x)
+      for (int i = 0; i < across * across; ++i) {
+        const float u = (static_cast<float>(i % across) + 0.5f) / static_cast<float>(across);
+        const float v = (static_cast<float>(i / across) + 0.5f) / static_cast<float>(across);
+        const CameraRay ray =
+            generate_ray(camera, {static_cast<float>(x) + u, static_cast<float>(y) + v}, width, height, {0.5f, 0.5f});
+        if (ray.is_blind()) continue;
+        SkyRay way;
+        way.pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) + static_cast<std::uint32_t>(x);
+        way.seen = in_view(camera, ray.direction);
+        if (!(way.seen.z > 0)) continue;
+        way.solid_angle =
+            static_cast<float>(area * solid_angle_density(camera.kind, angular_plane(camera.kind, way.seen)));
+        PathState path;
+        path.ray = {ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()};
+        follow(tracer, path, way, 0, of_row[y]);
+      }
+  });
+  std::vector<SkyRay> out;
+  for (const std::vector<SkyRay>& row : of_row) out.insert(out.end(), row.begin(), row.end());
+  return out;
+}
+
+std::vector<GlareSource> sources_of_sun(const Tracer& tracer, const Camera& camera, std::span<const SkyRay> rays,
+                                        Vec3 to_sun, RGB irradiance) {
+  std::vector<GlareSource> out;
+  const Vec3 straight = in_view(camera, to_sun);
+  if (straight.z > 0) {
+    const RGB seen = irradiance * tracer.transmittance({camera.to_world.translation, 0, to_sun, HUGE_VALF});
+    const double across = illuminance(seen);
+    if (across > 0) out.push_back(source_of(straight, across / kSunSolidAngle, kSunSolidAngle));
+  }
+  std::vector<SunImage> images;
+  const double luminance_of_sun = illuminance(irradiance) / kSunSolidAngle;
+  for (const SkyRay& ray : rays) {
+    if (!ray.bent) continue;
+    const double radius = std::max(kDiscOverSpacing * std::sqrt(double{ray.solid_angle}), kSunRadius);
+    if (!(length(cross(ray.towards, to_sun)) < radius) || !(dot(ray.towards, to_sun) > 0)) continue;
+    const auto near = [&](const SunImage& image) {
+      return length(cross(image.first, ray.seen)) < kOneImage * radius && dot(image.first, ray.seen) > 0;
+    };
+    auto image = std::find_if(images.begin(), images.end(), near);
+    if (image == images.end()) image = images.insert(images.end(), {ray.seen, {}, 0, 0});
+    const double solid_angle = ray.solid_angle * kSunSolidAngle / (M_PI * radius * radius);
+    image->solid_angle += solid_angle;
+    image->flux += solid_angle * ray.share;
+    image->seen = image->seen + Vec3d(ray.seen) * (solid_angle * ray.share);
+  }
+  for (const SunImage& image : images)
+    out.push_back(source_of(narrow(image.seen * (1 / length(image.seen))),
+                            luminance_of_sun * image.flux / image.solid_angle, image.solid_angle));
+  return out;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,35 @@
+// Ways on which an eye sees the sky, and the sun among them.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "measure/glare.h"
+#include "scene/camera.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// A way from the eye to the sky, through panes, and by smooth mirrors and glass.
+struct SkyRay {
+  std::uint32_t pixel = 0;  ///< of the picture, row by row
+  Vec3 seen;                ///< unit, as GlareSource::direction
+  Vec3 towards;             ///< unit, where the way leaves the scene
+  float share = 0;          ///< of the sky's radiance that arrives
+  float solid_angle = 0;    ///< sr, that it stands for in the picture
+  bool bent = false;        ///< by mirrors or glass
+};
+
+/// The ways of a picture. Where a surface reflects and transmits, both are followed. Media do not weaken them.
+/// @param camera is_angular() @param across ways along either side of a pixel
+std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across);
+
+/// The sun as sources of glare: seen straight, and by each mirror. A mirror's image of the sun is found by the ways
+/// that end near the sun, as that of a larger disc with the sun's flux: its luminance is that of the sun times the
+/// share that arrives, and its solid angle follows from the flux, so that curved mirrors make it smaller.
+/// @param rays those that are not bent count for nothing
+/// @param to_sun unit @param irradiance on a plane across the sunlight, W m^-2
+std::vector<GlareSource> sources_of_sun(const Tracer& tracer, const Camera& camera, std::span<const SkyRay> rays,
+                                        Vec3 to_sun, RGB irradiance);
+
+}  // namespace glowworm

@@ -1,0 +1,42 @@
+// Glare of views in every hour of a year, from luminances.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "measure/find_year.h"
+#include "measure/glare.h"
+#include "scene/camera.h"
+
+namespace glowworm {
+
+/// Glare of a view in every hour of a weather file; 0 in hours without light.
+struct ViewYear {
+  std::vector<float> dgp;          ///< daylight glare probability
+  std::vector<float> illuminance;  ///< lx, on the plane across the view
+
+  explicit ViewYear(std::size_t hours) : dgp(hours), illuminance(hours) {}
+};
+
+/// Pixels along a side of pictures that are rated.
+inline constexpr std::uint32_t kViewSide = 128;
+
+/// Throws MemoryError if the pictures of a view take more than half of the budget.
+void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t memory_bytes);
+
+/// Rates views of a scene in some of the lit hours, and fills these hours of `out`.
+///
+/// Each view is rendered once for all patches of the sky and all places of the sun, of which every pixel keeps its
+/// light apart. Pictures of hours are sums over patches and places, to which are added what no coefficient blurs: the
+/// sky as pixels see it, by its formula, in place of its patches; what surfaces reflect of the sun straight, by a ray
+/// towards the actual sun for each pixel; and the sun itself and its mirror images, as sources (measure/sky_rays.h).
+/// @param views fisheye or hemispherical, in the coordinates of the scene
+/// @param hours as indices into YearSky::lit
+/// @param wait  as of find_state(); a view has one or two Jobs
+/// @return false if `wait` cancelled a Job
+bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
+                std::span<const std::uint32_t> hours, const RenderSettings& asked,
+                const std::function<void(Job&, YearProgress)>& wait, std::span<ViewYear> out);
+
+}  // namespace glowworm

@@ -1,0 +1,185 @@
+// Glare of views over a year against pictures of single hours, and the sun's mirror images by hand.
+#include "measure/view_year.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "measure/annual_metrics.h"
+#include "measure/measurement.h"
+#include "measure/sky_rays.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+constexpr double kReflectanceOutside = 0.2, kNorth = 48;
+constexpr std::uint32_t kPixelsOfView = 40;
+
+/// A room of 4 x 3 x 5 m with an opening towards the south (z), in front of a ground.
+SceneDescription room_with_opening() {
+  SceneDescription d;
+  d.materials.resize(1);
+  const Vec3 x{4, 0, 0}, y{0, 3, 0}, z{0, 0, 5};
+  add_quad(d, {0, 0, 0}, z, x);
+  add_quad(d, y, x, z);
+  add_quad(d, {0, 0, 0}, x, y);
+  add_quad(d, {0, 0, 0}, y, z);
+  add_quad(d, x, z, y);
+  // The south wall around the opening.
+  add_quad(d, {0, 0, 5}, {0, 0.9f, 0}, x);
+  add_quad(d, {0, 1.9f, 5}, {0, 1.1f, 0}, x);
+  return d;
+}
+
+WeatherYear three_hours() {
+  WeatherYear out;
+  for (const auto& [month, hour, direct, diffuse] :
+       {std::tuple{12, 12, 600.0, 80.0}, std::tuple{3, 15, 700.0, 120.0}, std::tuple{6, 11, 0.0, 250.0}}) {
+    WeatherHour h;
+    h.moment = {month, 21, hour - 0.5, kNorth, 0, 0};
+    h.hour = hour;
+    h.irradiance = {direct, diffuse};
+    out.hours.push_back(h);
+  }
+  return out;
+}
+
+Camera fisheye_at(Vec3 eye, Vec3 target) {
+  Camera camera = look_at(eye, target, {0, 1, 0}, 90);
+  camera.name = "eye";
+  camera.kind = CameraKind::fisheye;
+  camera.half_extent = half_extent_of(CameraKind::fisheye, 180);
+  return camera;
+}
+
+/// What a picture of an hour alone is rated as.
+Glare glare_of_hour(SceneDescription d, const Camera& camera, const WeatherHour& hour) {
+  add_perez_sky(hour.moment, hour.irradiance, kReflectanceOutside, d);
+  d.cameras.push_back(camera);
+  const auto scene = std::make_shared<const Scene>(std::move(d));
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  RenderSettings s;
+  s.width = s.height = static_cast<int>(kPixelsOfView);
+  s.samples = 32;
+  s.gather = 64;
+  s.photons = 100'000;
+  s.camera = camera.name;
+  s.filter = Filtering::off;
+  Job job(scene, tracer, s);
+  job.wait();
+  GlarePicture picture;
+  picture.width = picture.height = static_cast<int>(kPixelsOfView);
+  for (std::size_t i = 0; i < job.film().pixel_count(); ++i)
+    picture.luminance.push_back(illuminance(job.film().radiance(i, false)));
+  std::vector<GlareSource> suns;
+  for (const Light& light : scene->lights())
+    suns = sources_of_sun(*tracer, scene->camera(camera.name), {}, -light.direction, light.intensity);
+  return rate_glare(picture, suns);
+}
+
+TEST(SlowRateViews, AgreesWithPicturesOfSingleHours) {
+  const WeatherYear weather = three_hours();
+  const YearModel model(weather, "", 145, kReflectanceOutside, 7.5);
+  // One faces the window, and the sun at noon in winter; one faces a wall.
+  const std::vector<Camera> views = {fisheye_at({2, 1.2f, 2.5f}, {2, 1.3f, 5}),
+                                     fisheye_at({2, 1.2f, 2.5f}, {0, 1.2f, 3})};
+  std::vector<ViewYear> found(2, ViewYear(3));
+  const std::vector<std::uint32_t> hours{0, 1, 2};
+  ASSERT_TRUE(rate_views(
+      Scene(room_with_opening()), views, kPixelsOfView, model, hours, {}, [](Job& job, YearProgress) { job.wait(); },
+      found));
+  for (std::size_t view = 0; view < 2; ++view)
+    for (std::size_t hour = 0; hour < 3; ++hour) {
+      const Glare alone = glare_of_hour(room_with_opening(), views[view], weather.hours[hour]);
+      EXPECT_NEAR(found[view].illuminance[hour], alone.vertical_illuminance, 0.04 * alone.vertical_illuminance)
+          << view << ' ' << hour;
+      EXPECT_NEAR(found[view].dgp[hour], alone.dgp, 0.02) << view << ' ' << hour;
+      if (view == 1) {
+        EXPECT_LT(alone.dgp, 0.9) << "no bound of the index hides a difference";
+      }
+    }
+  EXPECT_GT(found[0].dgp[0], found[1].dgp[0] + 0.05) << "the sun in the eye";
+}
+
+TEST(RateViews, LeavesOtherHoursAlone) {
+  const YearModel model(three_hours(), "", 145, kReflectanceOutside, 30);
+  const std::vector<Camera> views = {fisheye_at({2, 1.2f, 2.5f}, {2, 1.3f, 5})};
+  std::vector<ViewYear> found(1, ViewYear(3));
+  RenderSettings quick;
+  quick.photons = 20'000;
+  quick.gather = 8;
+  ASSERT_TRUE(rate_views(
+      Scene(room_with_opening()), views, 16, model, std::vector<std::uint32_t>{1}, quick,
+      [](Job& job, YearProgress) { job.wait(); }, found));
+  EXPECT_EQ(found[0].dgp[0], 0);
+  EXPECT_GT(found[0].dgp[1], 0.1f);
+  EXPECT_EQ(found[0].illuminance[2], 0);
+}
+
+/// A mirror on the ground shows the sun a second time.
+TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
+  SceneDescription d;
+  Material mirror;
+  mirror.kind = MaterialKind::conductor;
+  mirror.use_reflectance = true;
+  mirror.reflectance.value = RGB(0.8f);
+  d.materials = {mirror};
+  add_quad(d, {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
+  constexpr int kPixels = 96;
+  const std::vector<SkyRay> ways = sky_rays(tracer, eye, kPixels, kPixels, 3);
+  const float height = 0.4f;
+  const Vec3 to_sun{0.1f, std::sin(height), -std::sqrt(1 - 0.01f - std::sin(height) * std::sin(height))};
+  const std::vector<GlareSource> suns = sources_of_sun(tracer, eye, ways, to_sun, RGB(2.0f));
+  ASSERT_EQ(suns.size(), 2u);
+  EXPECT_NEAR(suns[0].illuminance, 2 * kLuminousEfficacy * suns[0].direction.z, 1e-2 * suns[0].illuminance);
+  EXPECT_NEAR(suns[0].direction.y, to_sun.y, 1e-4);
+  EXPECT_NEAR(suns[1].direction.y, -to_sun.y, 0.01);
+  EXPECT_NEAR(std::abs(suns[1].direction.x), 0.1, 0.01);
+  // Schlick's reflectance.
+  const double passed = 0.8 + 0.2 * std::pow(1 - double{to_sun.y}, 5);
+  EXPECT_NEAR(suns[1].luminance / suns[0].luminance, passed, 0.01);
+  EXPECT_NEAR(suns[1].solid_angle / suns[0].solid_angle, 1, 0.1);
+}
+
+/// Both lobes of a pane are followed: straight on, and mirrored.
+TEST(SkyRays, PanesPassAndReflectTheSky) {
+  SceneDescription d;
+  Material glass;
+  glass.kind = MaterialKind::thin_dielectric;
+  glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
+  d.materials = {glass};
+  add_quad(d, {-500, -500, -1}, {1000, 0, 0}, {0, 1000, 0});
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  const std::vector<SkyRay> ways = sky_rays(tracer, fisheye_at({0, 1, 0}, {0, 1, -1}), 16, 16, 1);
+  double straight = 0, bent = 0;
+  std::size_t count = 0;
+  for (const SkyRay& way : ways)
+    if (way.seen.z > 0.99f) (way.bent ? bent : straight) += way.share, count += way.bent ? 0 : 1;
+  ASSERT_GT(count, 0u);
+  const double r = std::pow(0.5 / 2.5, 2), reflected = 2 * r / (1 + r);
+  EXPECT_NEAR(straight / static_cast<double>(count), 1 - reflected, 2e-3);
+  EXPECT_NEAR(bent / static_cast<double>(count), reflected, 2e-3);
+}
+
+TEST(GlareMetrics, CountOccupiedHoursAndTheTwentieth) {
+  std::vector<float> dgp;
+  for (int i = 0; i < 100; ++i) dgp.push_back((static_cast<float>(i) + 0.5f) / 200);
+  dgp.push_back(0.9f);
+  std::vector<std::uint8_t> occupied(101, 1);
+  occupied[100] = 0;
+  const GlareMetrics m = glare_metrics(dgp, occupied);
+  // Five of a hundred hours lie above it.
+  EXPECT_NEAR(m.exceeded, 0.4725, 1e-6);
+  EXPECT_EQ(m.hours_above[0], 30u);
+  EXPECT_EQ(m.hours_above[1], 20u);
+  EXPECT_EQ(m.hours_above[2], 10u);
+  EXPECT_EQ(glare_metrics(dgp, std::vector<std::uint8_t>(101, 0)).exceeded, 0);
+}
+
+}  // namespace
+}  // namespace glowworm
