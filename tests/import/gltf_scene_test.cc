@@ -137,6 +137,9 @@ TEST_F(GltfSceneTest, LightsTakeIntensitiesFromPhotometricFiles) {
   expect_near(d.lights[1].direction, {0, 0, -1});
   EXPECT_EQ(d.lights[3].kind, LightKind::point);
   EXPECT_THAT(d.notes, HasNote("'other.ldt' is named like a photometric file"));
+  // As in files of bakes whose light holds that of lamps.
+  file.json["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
+  EXPECT_EQ(load(file).lights[0].intensity, RGB(0.0f));
   file.json["nodes"][2]["extras"]["luminaire"] = "gone.ies";
   EXPECT_THROW(load(file), Error);
 }

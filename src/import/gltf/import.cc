@@ -433,7 +433,8 @@ class GltfBuilder {
     const RGB color(tint.x, tint.y, tint.z);
     const GltfLightUnits& units = document_.light_units;
     const float unit = source.type == "directional" ? units.irradiance : units.intensity;
-    light.intensity = (file.empty() ? RGB(static_cast<float>(source.intensity) / unit) : light.intensity) * color;
+    if (file.empty()) light.intensity = RGB(static_cast<float>(source.intensity) / unit);
+    light.intensity *= source.intensity == 0 ? RGB(0.0f) : color;
     light.position = to_world.translation;
     light.direction = -unit_or(to_world.z, {0, 0, 1});
     if (!file.empty()) {
@@ -459,8 +460,8 @@ class GltfBuilder {
     description_.lights.push_back(std::move(light));
   }
 
-  /// The photometric file that gives a light its intensities, or nothing: "luminaire" in the extras of the light or its
-  /// node, or the name of either if that is a file beside the scene.
+  /// The photometric file that gives a light its intensities, unless its own is 0, or nothing: "luminaire" in the
+  /// extras of the light or its node, or the name of either if that is a file beside the scene.
   std::string photometric_file(const tinygltf::Node& node, const tinygltf::Light& light) {
     const std::filesystem::path folder = document_.folder;
     for (const tinygltf::Value* extras : {&light.extras, &node.extras})
