@@ -1,5 +1,6 @@
 #include "core/lines.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <string>
@@ -38,6 +39,24 @@ std::string_view take_line(std::string_view& text) {
   if (end < text.size()) end += text.substr(end, 2) == "\r\n" ? 2 : 1;
   text.remove_prefix(end);
   return line;
+}
+
+std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
+}
+
+std::string_view take_word(std::string_view& text) {
+  text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+  const std::string_view word = text.substr(0, text.find_first_of(kBlanks));
+  text.remove_prefix(word.size());
+  return word;
+}
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) words.push_back(word);
+  return words;
 }
 
 bool take_number(std::string_view& text, double& value) {

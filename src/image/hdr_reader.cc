@@ -74,8 +74,7 @@ class HeaderParser {
 
  private:
   std::string set_format(std::string_view value) {
-    value.remove_prefix(std::min(value.find_first_not_of(' '), value.size()));
-    value = value.substr(0, value.find_last_not_of(' ') + 1);
+    value = trimmed(value);
     header_.xyz = value == "32-bit_rle_xyze";
     const bool known = header_.xyz || value == "32-bit_rle_rgbe";
     return known ? "" : "its FORMAT is neither 32-bit_rle_rgbe nor 32-bit_rle_xyze";

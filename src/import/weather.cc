@@ -54,16 +54,9 @@ class WeatherLines {
     for (std::size_t i = 0; i <= line.size(); ++i) {
       if (i < line.size() && line[i] == '"') quoted = !quoted;
       if (i < line.size() && (quoted || line[i] != ',')) continue;
-      fields_.push_back(bare(line.substr(begin, i - begin)));
+      fields_.push_back(trimmed(line.substr(begin, i - begin), " \t\""));
       begin = i + 1;
     }
-  }
-
-  static std::string_view bare(std::string_view word) {
-    constexpr std::string_view kAround = " \t\"";
-    const std::size_t begin = std::min(word.find_first_not_of(kAround), word.size());
-    word.remove_prefix(begin);
-    return word.substr(0, word.find_last_not_of(kAround) + 1);
   }
 
   std::string_view rest_;

@@ -113,8 +113,7 @@ std::vector<std::uint32_t> parse_schedule(std::string_view text, const std::stri
   while (!text.empty()) {
     std::string_view line = take_line(text);
     ++number;
-    const std::size_t end = line.find_last_not_of(" \t\r\"");
-    line = line.substr(0, end == std::string_view::npos ? 0 : end + 1);
+    line = line.substr(0, line.find_last_not_of(" \t\r\"") + 1);
     if (line.empty() || line.front() == '#') continue;
     std::string_view word = line.substr(std::min(line.find_last_of(", \t;") + 1, line.size()));
     double value = 0;

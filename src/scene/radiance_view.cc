@@ -23,17 +23,6 @@ constexpr std::array<std::pair<char, CameraKind>, 4> kTypes = {{{'v', CameraKind
                                                                 {'h', CameraKind::hemispherical},
                                                                 {'a', CameraKind::fisheye}}};
 
-std::vector<std::string_view> words_of(std::string_view text) {
-  std::vector<std::string_view> words;
-  constexpr std::string_view kBlanks = " \t\r\n";
-  for (std::size_t at = text.find_first_not_of(kBlanks); at != text.npos; at = text.find_first_not_of(kBlanks, at)) {
-    const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
-    words.push_back(text.substr(at, end - at));
-    at = end;
-  }
-  return words;
-}
-
 /// Reads the numbers behind words[at].
 template <std::size_t kCount>
 std::array<double, kCount> numbers_after(const std::vector<std::string_view>& words, std::size_t at) {

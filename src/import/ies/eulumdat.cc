@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "import/ies/luminaire.h"
 #include "import/ies/photometric_text.h"
 
@@ -76,7 +77,7 @@ std::vector<LampSet> read_lamp_sets(PhotometricText& text, std::size_t count) {
   std::vector<LampSet> out(count);
   for (LampSet& set : out) {
     text.skip_number_lines("the number of lamps", 1);
-    set.name = bare_text(text.line("the type of lamps"));
+    set.name = trimmed(text.line("the type of lamps"));
     set.flux = text.number_line("the flux of lamps");
     for (const char* what : {"the colour of lamps", "the colour rendering of lamps"}) text.line(what);
     set.power = text.optional_number_lines("the power of lamps", 1)[0];
@@ -113,7 +114,7 @@ PhotometricFile parse_eulumdat(std::string_view bytes, const std::string& path, 
   if ((symmetry == 2 && planes % 2 != 0) || (symmetry > 2 && planes % 4 != 0))
     text.fail(fmt::format("{} C planes do not have symmetry {}", planes, symmetry));
   text.line("the report");
-  const std::string name = bare_text(text.line("the name"));
+  const std::string name(trimmed(text.line("the name")));
   for (const char* what : {"the number", "the file name", "the date"}) text.line(what);
   const LuminousOpening opening = read_opening(text);
   text.skip_number_lines("the shares of light", 2);

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/lines.h"
 #include "core/text.h"
 #include "import/ies/luminaire.h"
 #include "import/ies/luminous_opening.h"
@@ -162,8 +163,8 @@ int edition_of(std::string_view line) {
 /// Takes the name of the luminaire from a line of keywords, or keeps what is known better.
 void note_name(std::string_view line, std::string& name) {
   constexpr std::string_view kName = "[LUMINAIRE]", kNumber = "[LUMCAT]";
-  if (line.starts_with(kName)) name = bare_text(line.substr(kName.size()));
-  if (line.starts_with(kNumber) && name.empty()) name = bare_text(line.substr(kNumber.size()));
+  if (line.starts_with(kName)) name = trimmed(line.substr(kName.size()));
+  if (line.starts_with(kNumber) && name.empty()) name = trimmed(line.substr(kNumber.size()));
 }
 
 /// The type, unit and sizes of the opening.
@@ -178,15 +179,15 @@ LuminousOpening read_opening(PhotometricText& text, int edition) {
 
 PhotometricFile parse_lm63(std::string_view bytes, const std::string& path) {
   PhotometricText text(bytes, path);
-  std::string_view line = trimmed_blanks(text.line("the first line"));
+  std::string_view line = trimmed(text.line("the first line"));
   const int edition = edition_of(line);
   std::string name;
   while (!lower(line).starts_with("tilt=")) {
-    line = trimmed_blanks(text.line("the labels, without a line TILT="));
+    line = trimmed(text.line("the labels, without a line TILT="));
     note_name(line, name);
   }
   Tables t;
-  t.tilt = read_tilt(text, trimmed_blanks(line.substr(5)));
+  t.tilt = read_tilt(text, trimmed(line.substr(5)));
   LampSet lamps;
   const float count = text.number("the number of lamps"), flux = text.number("the flux of a lamp");
   lamps.flux = std::max(count * flux, 0.0f);  // -1 where the intensities are absolute

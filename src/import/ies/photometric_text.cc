@@ -16,16 +16,12 @@ namespace {
 
 constexpr const char* kDamaged = "The file may be damaged or cut off; fetch it again.";
 
-/// Whether a character stands between numbers: blanks, commas, and DOS's mark of a file's end.
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ',' || c == '\x1a'; }
+/// What stands between numbers: blanks, commas, and DOS's mark of a file's end.
+constexpr std::string_view kBetweenNumbers = " \t\r\n,\x1a";
+
+bool is_blank(char c) { return kBetweenNumbers.find(c) != std::string_view::npos; }
 
 }  // namespace
-
-std::string_view trimmed_blanks(std::string_view text) {
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  return text;
-}
 
 PhotometricText::PhotometricText(std::string_view text, std::string path)
     : text_(without_byte_order_mark(text)), path_(std::move(path)) {}
@@ -81,10 +77,8 @@ void PhotometricText::check_end(const char* what) {
 }
 
 std::optional<float> PhotometricText::number_or_blank(const char* what, bool may_be_blank) {
-  std::string word(line(what));
+  std::string word(trimmed(line(what), kBetweenNumbers));
   --line_;  // for the error
-  while (!word.empty() && is_blank(word.back())) word.pop_back();
-  while (!word.empty() && is_blank(word.front())) word.erase(word.begin());
   if (const std::size_t comma = word.find(','); comma != std::string::npos) word[comma] = '.';
   std::optional<float> value;
   if (!word.empty() || !may_be_blank) value = value_of(word, what);

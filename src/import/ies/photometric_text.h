@@ -8,11 +8,6 @@
 
 namespace glowworm {
 
-/// A text without blanks and tabs around it.
-std::string_view trimmed_blanks(std::string_view text);
-/// The same as a string of its own.
-inline std::string bare_text(std::string_view text) { return std::string(trimmed_blanks(text)); }
-
 /// Takes lines and numbers from a text, without its UTF-8 byte order mark, and tells places in errors.
 class PhotometricText {
  public:

@@ -1,18 +1,12 @@
 #include "import/obj/lines.h"
 
-#include "core/lines.h"
-
 namespace glowworm {
 
 namespace {
 
-constexpr std::string_view kBlank = " \t\r\v\f";
-
-bool is_blank(char c) { return kBlank.find(c) != std::string_view::npos; }
-
 std::string_view without_comment(std::string_view line) {
   for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1)) {
-    if (at == 0 || is_blank(line[at - 1])) return line.substr(0, at);
+    if (at == 0 || kBlanks.find(line[at - 1]) != kBlanks.npos) return line.substr(0, at);
   }
   return line;
 }
@@ -41,29 +35,13 @@ bool LineReader::next() {
   return true;
 }
 
-std::string_view next_word(std::string_view& rest) {
-  std::size_t begin = 0;
-  while (begin < rest.size() && is_blank(rest[begin])) ++begin;
-  std::size_t end = begin;
-  while (end < rest.size() && !is_blank(rest[end])) ++end;
-  const std::string_view word = rest.substr(begin, end - begin);
-  rest.remove_prefix(end);
-  return word;
-}
-
 std::string_view next_name(std::string_view& rest) {
   rest = trimmed(rest);
   const std::size_t quote = rest.starts_with('"') ? rest.find('"', 1) : std::string_view::npos;
-  if (quote == std::string_view::npos) return next_word(rest);
+  if (quote == std::string_view::npos) return take_word(rest);
   const std::string_view name = rest.substr(1, quote - 1);
   rest.remove_prefix(quote + 1);
   return name;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
 }
 
 std::string_view name_of(std::string_view text) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/lines.h"
+
 namespace glowworm {
 
 /// Iterates over the logical lines of a text, in linear time. A backslash at the end of a line joins it to the next. A
@@ -26,14 +28,8 @@ class LineReader {
   int number_ = 0;
 };
 
-/// Removes the next word from the front of `rest` and returns it. Empty at the end of the line.
-std::string_view next_word(std::string_view& rest);
-
-/// The same, but a word in double quotes may contain blanks; it is returned without them.
+/// As take_word(), but a word in double quotes may contain blanks; it is returned without the quotes.
 std::string_view next_name(std::string_view& rest);
-
-/// The text without surrounding blanks.
-std::string_view trimmed(std::string_view text);
 
 /// The text without surrounding blanks and without double quotes around it: names of files and materials may contain
 /// spaces.

@@ -45,7 +45,7 @@ class MtlParser {
     while (lines.next()) {
       if (lines.number() % 1024 == 0) check_cancelled();
       std::string_view rest = lines.line();
-      const std::string_view key = next_word(rest);
+      const std::string_view key = take_word(rest);
       if (key == "newmtl") {
         finish();
         materials_.emplace_back().name = name_of(rest);
@@ -102,7 +102,7 @@ class MtlParser {
       number(key, rest, m.ior);
     } else if (known == "d") {
       std::string_view after = rest;
-      number(key, next_word(after) == "-halo" ? after : rest, given_.dissolve.emplace(1.0f));
+      number(key, take_word(after) == "-halo" ? after : rest, given_.dissolve.emplace(1.0f));
     } else if (known == "tr") {
       number(key, rest, given_.transparency.emplace(0.0f));
     } else if (known == "illum") {
@@ -143,7 +143,7 @@ class MtlParser {
 
   /// Parses a number. If it is invalid, keeps the old value and adds a note.
   void number(std::string_view key, std::string_view rest, float& value) {
-    const auto found = float_of(next_word(rest));
+    const auto found = float_of(take_word(rest));
     if (found) {
       value = *found;
     } else {
@@ -153,9 +153,9 @@ class MtlParser {
 
   /// A single number sets all three channels.
   void color(std::string_view key, std::string_view rest, RGB& value) {
-    const auto r = float_of(next_word(rest));
+    const auto r = float_of(take_word(rest));
     if (!r) return notes_.add(fmt::format("MTL '{}' without a number, left out", key));
-    const auto g = float_of(next_word(rest)), b = float_of(next_word(rest));
+    const auto g = float_of(take_word(rest)), b = float_of(take_word(rest));
     value = {*r, g.value_or(*r), b.value_or(g.value_or(*r))};
   }
 
@@ -168,7 +168,7 @@ class MtlParser {
       out.name = next_name(rest);
     } else {
       std::string_view behind = rest;
-      while (!behind.empty() && !begins_with_option(behind)) next_word(behind);
+      while (!behind.empty() && !begins_with_option(behind)) take_word(behind);
       out.name = trimmed(rest.substr(0, rest.size() - behind.size()));
       rest = behind;
     }
@@ -176,12 +176,12 @@ class MtlParser {
   }
 
   static bool begins_with_option(std::string_view text) {
-    const TextureOption* option = option_of(next_word(text));
-    return option && is_value(*option, next_word(text));
+    const TextureOption* option = option_of(take_word(text));
+    return option && is_value(*option, take_word(text));
   }
 
   void take_options(std::string_view& rest, PhongTexture& out) {
-    for (std::string_view after = rest; const TextureOption* option = option_of(next_word(after)); rest = after)
+    for (std::string_view after = rest; const TextureOption* option = option_of(take_word(after)); rest = after)
       take_values(*option, after, out);
   }
 
@@ -189,7 +189,7 @@ class MtlParser {
   void take_values(const TextureOption& option, std::string_view& rest, PhongTexture& out) {
     std::string_view words[3];
     int count = 0;
-    for (std::string_view after = rest; count < option.values && is_value(option, words[count] = next_word(after));
+    for (std::string_view after = rest; count < option.values && is_value(option, words[count] = take_word(after));
          ++count)
       rest = after;
     const auto number = [&](int i, float otherwise) {

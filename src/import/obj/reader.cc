@@ -80,19 +80,19 @@ class ObjParser {
   };
 
   void visit(std::string_view rest) {
-    const std::string_view key = next_word(rest);
+    const std::string_view key = take_word(rest);
     if (key == "v") {
       visit_vertex(rest);
     } else if (key == "vt") {
-      const auto u = float_of(next_word(rest)), v = float_of(next_word(rest));
+      const auto u = float_of(take_word(rest)), v = float_of(take_word(rest));
       uvs_.push_back({u.value_or(0), v.value_or(0)});
     } else if (key == "vn") {
-      const auto x = float_of(next_word(rest)), y = float_of(next_word(rest)), z = float_of(next_word(rest));
+      const auto x = float_of(take_word(rest)), y = float_of(take_word(rest)), z = float_of(take_word(rest));
       normals_.push_back(unit_or_zero({x.value_or(0), y.value_or(0), z.value_or(0)}));
     } else if (key == "f" || key == "fo") {
       visit_face(rest);
     } else if (key == "s") {
-      const std::string_view group = next_word(rest);
+      const std::string_view group = take_word(rest);
       smooth_ = group != "off" && group != "0";
     } else if (key == "usemtl") {
       use_material(name_of(rest));
@@ -112,7 +112,7 @@ class ObjParser {
   void visit_vertex(std::string_view rest) {
     double value[4] = {0, 0, 0, 1};
     int numbers = 0;
-    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
       const auto number = number_of(word);
       if (!number) throw Error({file_, line_}, fmt::format("'{}' is not a number", word), "Expected: v x y z");
       if (numbers < 4) value[numbers] = *number;
@@ -128,7 +128,7 @@ class ObjParser {
 
   void visit_face(std::string_view rest) {
     corners_.clear();
-    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
       corners_.push_back(corner_of(word));
     }
     if (corners_.size() < 3) return notes_.add("face of fewer than three corners, left out");

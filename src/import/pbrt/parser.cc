@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/lines.h"
 #include "core/parallel.h"
 #include "core/text.h"
 #include "import/pbrt/file.h"
@@ -262,17 +263,14 @@ PbrtParameter Parser::read_parameter(PbrtTokenizer& tokens, std::size_t held, Re
   const PbrtToken declaration = tokens.next();
   PbrtParameter parameter;
   parameter.place = declaration.place;
-  constexpr std::string_view kBlanks = " \t\r";
   const std::string text = unescape(declaration);
-  const std::size_t type_begin = text.find_first_not_of(kBlanks);
-  const std::size_t type_end = text.find_first_of(kBlanks, type_begin);
-  const std::size_t name_begin = text.find_first_not_of(kBlanks, type_end);
-  if (type_begin == std::string::npos || name_begin == std::string::npos) {
+  std::string_view rest = text;
+  const std::string_view type = take_word(rest);
+  parameter.name = take_word(rest);
+  if (parameter.name.empty()) {
     fail(declaration.place, in_quotes(text) + " is not a parameter: expected a type and a name",
          "Write for example \"float radius\" 2.");
   }
-  const std::string_view type = std::string_view(text).substr(type_begin, type_end - type_begin);
-  parameter.name = text.substr(name_begin, text.find_first_of(kBlanks, name_begin) - name_begin);
   const auto known = pbrt_type(type);
   if (!known) {
     fail(declaration.place, fmt::format("unknown type {} of parameter {}", in_quotes(type), in_quotes(parameter.name)),

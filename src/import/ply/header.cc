@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::size_t kMaxHeaderLines = 10000;
 constexpr const char* kDamaged = "The file may be damaged or of another format.";
-constexpr const char* kBlanks = " \t\r";
 
 struct NamedType {
   std::string_view name, other_name;
@@ -27,16 +26,6 @@ constexpr NamedType kTypes[] = {
     {"int", "int32", PlyType::int32, 4},       {"uint", "uint32", PlyType::uint32, 4},
     {"float", "float32", PlyType::float32, 4}, {"double", "float64", PlyType::float64, 8},
 };
-
-/// Removes the next blank-separated word from a line and returns it.
-std::string_view take_word(std::string_view& line) {
-  const std::size_t begin = line.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return line = {};
-  const std::size_t end = line.find_first_of(kBlanks, begin);
-  const std::string_view word = line.substr(begin, end == std::string_view::npos ? end : end - begin);
-  line = end == std::string_view::npos ? std::string_view() : line.substr(end);
-  return word;
-}
 
 class HeaderReader {
  public:
@@ -92,11 +81,6 @@ class HeaderReader {
     const std::string_view line = bytes_.substr(at_, end - at_);
     at_ = end + 1;
     return line;
-  }
-
-  static std::string_view trimmed(std::string_view line) {
-    const std::size_t begin = std::min(line.find_first_not_of(kBlanks), line.size());
-    return line.substr(begin, line.find_last_not_of(kBlanks) + 1 - begin);
   }
 
   PlyFormat format(std::string_view name) const {

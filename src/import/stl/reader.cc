@@ -73,7 +73,7 @@ class AsciiParser {
       line_ = lines.number();
       if (line_ % 1024 == 0) check_cancelled();
       std::string_view rest = lines.line();
-      for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+      for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
         const std::string known = lower(word);
         if (known == "solid" || known == "endsolid") break;  // a name follows
         visit(known, rest);
@@ -86,7 +86,7 @@ class AsciiParser {
  private:
   void visit(const std::string& word, std::string_view& rest) {
     if (word == "facet") {
-      if (lower(next_word(rest)) != "normal") fail("'facet' without 'normal'");
+      if (lower(take_word(rest)) != "normal") fail("'facet' without 'normal'");
       normal_ = narrow(vector(rest));
       inside_ = true;
       count_ = 0;
@@ -107,7 +107,7 @@ class AsciiParser {
   Vec3d vector(std::string_view& rest) const {
     Vec3d out;
     for (int i = 0; i < 3; ++i) {
-      const auto number = number_of(next_word(rest));
+      const auto number = number_of(take_word(rest));
       if (!number) fail("expected three numbers");
       out[i] = *number;
     }

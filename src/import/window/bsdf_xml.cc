@@ -24,13 +24,6 @@ constexpr const char* kRemedy = "Give a file of BSDF data as WINDOW or genBSDF w
 /// The basis that trees are averaged over: 145 patches.
 constexpr const char* kBasisOfTrees = "lbnl/klems full";
 
-std::string_view trimmed_text(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
 /// Reads the elements of an XML text one by one.
 class XmlElements {
  public:
@@ -38,7 +31,7 @@ class XmlElements {
 
   /// The names of the elements around the place, the innermost last, and the text of the innermost in front of it.
   const std::vector<std::string_view>& open() const { return open_; }
-  std::string_view text() const { return trimmed_text(inner_); }
+  std::string_view text() const { return trimmed(inner_); }
   /// The line where that text begins.
   int text_line() const {
     const std::size_t blanks = std::min(inner_.find_first_not_of(" \t\r\n"), inner_.size());
