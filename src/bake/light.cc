@@ -155,9 +155,8 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
   std::vector<RGB> light = std::move(irradiance.value);
   fill_gaps(layout.texels, std::move(irradiance.known), light);
   if (shown.what != TexelLight::irradiance)
-    parallel_for(0, light.size(), 4096, [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i)
-        if (layout.texels.face[i] != kNone) light[i] = light_of_texel(scene, layout, i, light[i], shown);
+    parallel_for_each(light.size(), 4096, [&](std::size_t i) {
+      if (layout.texels.face[i] != kNone) light[i] = light_of_texel(scene, layout, i, light[i], shown);
     });
   std::vector<std::uint8_t> covered(light.size(), 0);
   for (std::size_t i = 0; i < light.size(); ++i) covered[i] = layout.texels.face[i] != kNone;

@@ -88,9 +88,8 @@ ProbeGrid make_probes(const Scene& scene, const Tracer& tracer, float spacing) {
                                Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * spacing);
   out.origin = scene.outside(first);
   out.is_inside.resize(out.position.size());
-  parallel_for(0, out.position.size(), 64, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) out.is_inside[i] = is_inside_solid(scene, tracer, out.position[i]);
-  });
+  parallel_for_each(out.position.size(), 64,
+                    [&](std::size_t i) { out.is_inside[i] = is_inside_solid(scene, tracer, out.position[i]); });
   return out;
 }
 

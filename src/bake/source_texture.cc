@@ -84,7 +84,7 @@ std::optional<SourceTexture> source_texture(const Scene& scene, const ColorInput
     return TexturePoint((s - offset.x) / scale.x, (t - offset.y) / scale.y);
   };
   std::vector<RGB> colors(count);
-  parallel_for_each(count, 16384, [&](std::size_t i) { colors[i] = evaluate(textures, color, place(i)); });
+  parallel_for_each(count, 4096, [&](std::size_t i) { colors[i] = evaluate(textures, color, place(i)); });
   out.white = white;
   if (white == 0)
     for (const RGB& c : colors) out.white = std::max(out.white, max_component(c));
@@ -92,7 +92,7 @@ std::optional<SourceTexture> source_texture(const Scene& scene, const ColorInput
   const bool has_alpha = alpha.texture != kNone;
   const std::size_t channels = has_alpha ? 4 : 3;
   std::vector<std::uint8_t> bytes(channels * count);
-  parallel_for_each(count, 16384, [&](std::size_t i) {
+  parallel_for_each(count, 4096, [&](std::size_t i) {
     std::uint8_t* const pixel = bytes.data() + channels * i;
     const RGB c = clamp(colors[i] * factor, 0, 1);
     for (int k = 0; k < 3; ++k) pixel[k] = to_byte(srgb_encode(c[k]));

@@ -11,8 +11,6 @@ namespace {
 
 // Measured with bench/density_bench.cc.
 constexpr std::uint32_t kKnnLeafSize = 8;
-constexpr std::size_t kKnnGrain = 8192;
-
 /// A subtree still to be searched, and the distance to its cell: squared, and by axis. Differences, squares and sums
 /// round monotonically and are taken in the order of length_squared(), so that no photon of the cell is nearer than the
 /// cell.
@@ -76,7 +74,7 @@ void PhotonPlaces::build(std::span<const Vec3> position, std::span<const Vec3> n
                          std::span<const PhotonCuts> cuts) {
   tree_ = build_kd_tree(position, kKnnLeafSize);
   normal_ = LargeArray<Vec3>(position.size());
-  parallel_for_each(size(), kKnnGrain, [&](std::size_t i) { normal_[i] = normal[tree_.points[i].index]; });
+  parallel_for_each(size(), 4096, [&](std::size_t i) { normal_[i] = normal[tree_.points[i].index]; });
   cuts_.assign(cuts.begin(), cuts.end());
   cut_of_.assign(cuts.empty() ? 0 : size(), 0);
   for (std::uint32_t place = 0; place < cut_of_.size(); ++place)
@@ -88,7 +86,7 @@ void PhotonMap::build(const PhotonBatch& photons, std::span<const RGB> flux, std
   PhotonPlaces::build(photons.position, photons.normal, cuts);
   direction_ = LargeArray<Vec3>(size());
   flux_ = LargeArray<RGB>(size());
-  parallel_for_each(size(), kKnnGrain, [&](std::size_t i) {
+  parallel_for_each(size(), 4096, [&](std::size_t i) {
     const auto place = static_cast<std::uint32_t>(i);
     direction_[i] = photons.direction[index(place)];
     flux_[i] = flux[index(place)];

@@ -14,8 +14,6 @@ namespace {
 // Leaf size of the tree that orders the photons: searches from one leaf visit the same nodes in any order.
 constexpr std::uint32_t kOrderLeafSize = 8;
 constexpr std::uint32_t kClustersInGroup = 32;
-constexpr std::size_t kReverseGrain = 16384;
-
 /// The radius with a margin for the rounding of bounds.
 float padded(float radius, Vec3 p) {
   const float magnitude = std::max(std::abs(p.x), std::max(std::abs(p.y), std::abs(p.z)));
@@ -62,7 +60,7 @@ ReversePhotonArray::ReversePhotonArray(const PhotonBatch& photons, std::span<con
   for (auto& field : fields_) field.assign(count + kReversePadding, 0.0f);
   direction_.resize(count);
   std::vector<float> radii(count);
-  parallel_for_each(count, kReverseGrain, [&](std::size_t i) {
+  parallel_for_each(count, 4096, [&](std::size_t i) {
     const std::uint32_t index = indices[tree.points[i].index];
     const Vec3 p = photons.position[index], normal = photons.normal[index];
     const double h = radius_of(index);

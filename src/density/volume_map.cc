@@ -15,9 +15,8 @@ namespace glowworm {
 
 namespace {
 
-// Segments that are sorted together, after keys have grouped them, and one piece of parallel work.
+// Segments that are sorted together, after keys have grouped them.
 constexpr std::size_t kSegmentRun = 512;
-constexpr std::size_t kSegmentGrain = 1024;
 // Segments that one thread sorts at once.
 constexpr std::size_t kSortedKeys = std::size_t{1} << 16;
 // Bits of a key for each axis.
@@ -114,7 +113,7 @@ LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSe
   std::vector<CubeGrid> grids;
   for (const VolumeIndex::Medium& medium : media) grids.emplace_back(medium.bounds, kSegmentBits);
   LargeVector<SegmentKey> keys(segments.size());
-  parallel_for_each(segments.size(), kSegmentGrain, [&](std::size_t i) {
+  parallel_for_each(segments.size(), 4096, [&](std::size_t i) {
     keys[i] = {0, kNoMedium, static_cast<std::uint32_t>(i)};
     if (!counts(segments, i)) return;
     const VolumeIndex::Key wanted = chosen_part(index, segments.medium[i]);

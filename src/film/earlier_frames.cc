@@ -15,7 +15,6 @@ namespace {
 constexpr float kNear = 0.01f;
 /// Most of the expected squares of differences that the same light shows.
 constexpr float kMostOfPatch = 2, kMostOfSum = 4;
-constexpr std::size_t kRowsOfPiece = 4;
 
 /// Pixels of a view.
 class Pixels {
@@ -116,9 +115,8 @@ void add_earlier_samples(const EarlierFrames& earlier, const FilterGuides& guide
     estimate.level[i] = level / samples;
     estimate.variance[i] = variance / (samples * samples);
   };
-  parallel_for(0, static_cast<std::size_t>(guides.height), kRowsOfPiece, [&](std::size_t first, std::size_t last) {
-    for (std::size_t y = first; y < last; ++y)
-      for (int x = 0; x < guides.width; ++x) add_to(x, static_cast<int>(y));
+  parallel_for_each(static_cast<std::size_t>(guides.height), 4, [&](std::size_t y) {
+    for (int x = 0; x < guides.width; ++x) add_to(x, static_cast<int>(y));
   });
 }
 

@@ -14,15 +14,6 @@ namespace {
 
 using Layer = Film::Layer;
 
-constexpr std::size_t kPixelsOfPiece = 8192;
-
-template <typename Work>
-void for_pixels(const Film& film, Work&& work) {
-  parallel_for(0, film.pixel_count(), kPixelsOfPiece, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) work(i);
-  });
-}
-
 /// What each channel of light is divided by.
 /// @param layer albedo or fine_albedo
 RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::albedo) {
@@ -38,7 +29,7 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   estimate.level.resize(film.pixel_count());
   estimate.variance.resize(film.pixel_count());
   estimate.samples.resize(film.pixel_count());
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
     estimate.light[i] = film.mean(layer, i) / (layer == Layer::medium ? RGB(1.0f) : shading_albedo(film, i));
     estimate.level[i] = moments.mean;
@@ -52,7 +43,7 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
 FilterGuides guides_of(const Film& film, Layer layer) {
   FilterGuides guides{film.width(), film.height(), std::vector<Vec3>(film.pixel_count()),
                       std::vector<float>(film.pixel_count())};
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const RGB n = film.mean(Layer::normal, i);
     guides.normal[i] = {n.r, n.g, n.b};
     guides.depth[i] = film.depth(i);
@@ -72,7 +63,7 @@ FilterGuides guides_of_media(const Film& film) {
   float farthest = 0;
   for (std::size_t i = 0; i < film.pixel_count(); ++i)
     if (std::isfinite(film.depth(i))) farthest = std::max(farthest, film.depth(i));
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     // A pixel that sees nothing in part of its samples lies at an edge.
     const float hits = film.coverage(i);
     guides.depth[i] = (hits > 0 ? hits * film.depth(i) : 0) + (1 - hits) * 2 * farthest;
@@ -90,7 +81,7 @@ EdgePicture edges_of(const Film& film) {
   out.depth.resize(n);
   out.albedo.resize(n);
   out.samples.resize(n);
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const RGB normal = film.mean(Layer::normal, i);
     out.normal[i] = {normal.r, normal.g, normal.b};
     const float hits = film.coverage(i);
@@ -104,7 +95,7 @@ EdgePicture edges_of(const Film& film) {
 /// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
 /// of the surface samples.
 void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];
     if (!indirect_only) pixel += film.mean(Layer::caustic, i);
     pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::fine_albedo);
@@ -149,7 +140,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
       add_earlier_samples(*earlier, guides_of(film, Layer::indirect),
                           layer == Layer::direct ? &FrameLight::direct : &FrameLight::indirect, estimate);
     const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
-    for_pixels(film, [&](std::size_t i) {
+    parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
       const RGB albedo = shading_albedo(film, i);
       const float factor = luminance(albedo) * luminance(albedo);
       out.radiance[i] += filtered.light[i] * albedo;
@@ -162,7 +153,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
   if (film.has_moments_of_media() && !indirect_only) {
     const LightEstimate estimate = estimate_of(film, Layer::medium);
     medium = filter_light(estimate, guides_of_media(film), rows);
-    for_pixels(film, [&](std::size_t i) { of_light[i] += estimate.variance[i]; });
+    parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) { of_light[i] += estimate.variance[i]; });
   }
   if (edges) {
     EdgePicture picture = edges_of(film);
@@ -170,7 +161,7 @@ FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows row
     filter_edges(picture, out.radiance, out.variance);
   }
   // What varies beside, as at edges of surfaces, stays.
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const float other = variance_beside_light(film, i, std::max(film.variance(i) - of_light[i], 0.0f));
     out.variance[i] += other * gain_of_strata(film, i);
   });
@@ -220,7 +211,7 @@ double relative_error(const FilmPicture& picture) {
 
 FilmPicture unfiltered_picture(const Film& film, bool indirect_only) {
   FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()), film.width()};
-  for_pixels(film, [&](std::size_t i) {
+  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     out.radiance[i] = film.radiance(i, indirect_only);
     out.variance[i] = film.variance(i);
   });

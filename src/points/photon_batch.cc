@@ -40,7 +40,7 @@ std::vector<std::uint32_t> places_by_cell(std::span<const Vec3> points) {
     if (is_finite(p)) box.grow(p);
   const CubeGrid grid(box, kBits);
   std::vector<std::uint32_t> places(points.size());
-  parallel_for_each(points.size(), 1 << 16, [&](std::size_t i) {
+  parallel_for_each(points.size(), 4096, [&](std::size_t i) {
     places[i] = static_cast<std::uint32_t>(hilbert_key_of_morton(grid.morton(points[i]), kBits));
   });
   std::array<std::uint32_t, 1 << 3 * kBits> next{};

@@ -7,8 +7,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kTrianglesAtOnce = 16384;
-
 /// The upper half of the bits of a positive number, rounded up to the next number without lower bits.
 std::uint16_t upper_half(float x) {
   return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(x) + 0xffffu) >> 16);
@@ -53,7 +51,7 @@ DiffuseTriangle make_diffuse_triangle(const Geometry& geometry, const std::vecto
 
 LargeVector<DiffuseTriangle> diffuse_triangles(const Geometry& geometry, const std::vector<Material>& materials) {
   LargeVector<DiffuseTriangle> out(geometry.triangles.size());
-  parallel_for_each(out.size(), kTrianglesAtOnce, [&](std::size_t i) {
+  parallel_for_each(out.size(), 4096, [&](std::size_t i) {
     out[i] = make_diffuse_triangle(geometry, materials, static_cast<std::uint32_t>(i));
   });
   return out;

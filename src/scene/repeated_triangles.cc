@@ -12,7 +12,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kComparedAtOnce = 16384;
 /// Bits of hashes that are sorted: enough to separate nearly all triangles, and four digits of the sort.
 constexpr int kSortedBits = 44;
 
@@ -36,7 +35,7 @@ Content content_of(const Geometry& g, std::uint32_t triangle) {
 
 std::vector<bool> repeated_triangles(const Geometry& geometry, const std::vector<bool>& ignored) {
   std::vector<KeyedIndex<std::uint64_t>> order(geometry.triangles.size());
-  parallel_for_each(order.size(), kComparedAtOnce, [&](std::size_t i) {
+  parallel_for_each(order.size(), 4096, [&](std::size_t i) {
     ContentHash hash;
     hash.add(content_of(geometry, static_cast<std::uint32_t>(i)));
     order[i] = {hash.value(), static_cast<std::uint32_t>(i)};

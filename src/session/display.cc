@@ -12,14 +12,12 @@ namespace {
 /// Bits of a float that are left out: 11 of the 23 of its mantissa stay, far finer than 8-bit steps.
 constexpr int kDropped = 12;
 constexpr std::uint32_t kEntries = 0x7f800000u >> kDropped;
-constexpr std::size_t kPixelsAtOnce = 16384;
-
 }  // namespace
 
 void Display::tabulate(ToneCurve curve, float exposure) {
   if (tabulated_ && curve == curve_ && exposure == exposure_) return;
   table_.resize(kEntries);
-  parallel_for_each(kEntries, 8192, [&](std::size_t i) {
+  parallel_for_each(kEntries, 4096, [&](std::size_t i) {
     const auto value = std::bit_cast<float>((static_cast<std::uint32_t>(i) << kDropped) + (1u << (kDropped - 1)));
     table_[i] = to_byte(tone_map(RGB(value), curve, exposure).g);
   });
@@ -51,7 +49,7 @@ const std::vector<std::uint8_t>& Display::bytes(const ViewFrame& frame, ToneCurv
     const std::uint32_t place = std::bit_cast<std::uint32_t>(value) >> kDropped;
     return place < kEntries ? table_[place] : 255;
   };
-  parallel_for_each(light.size(), kPixelsAtOnce, [&](std::size_t i) {
+  parallel_for_each(light.size(), 4096, [&](std::size_t i) {
     bytes_[4 * i] = look_up(light[i].r);
     bytes_[4 * i + 1] = look_up(light[i].g);
     bytes_[4 * i + 2] = look_up(light[i].b);

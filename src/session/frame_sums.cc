@@ -10,13 +10,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kSummedAtOnce = 8192;
-
-template <typename Work>
-void for_pixels(std::size_t pixels, Work&& work) {
-  parallel_for_each(pixels, kSummedAtOnce, [&](std::size_t i) { work(i); });
-}
-
 ViewImage empty_image(const Camera& camera, int width, int height) {
   ViewImage out;
   out.camera = camera;
@@ -54,7 +47,7 @@ RGB light_of(const SlotRadiance& r, LightPart part, std::size_t i) {
 ViewImage pass_image(const PassResult& pass, const Camera& camera, int width, int height, LightPart part,
                      float factor) {
   ViewImage out = empty_image(camera, width, height);
-  for_pixels(out.size(), [&](std::size_t i) {
+  parallel_for_each(out.size(), 4096, [&](std::size_t i) {
     out.light[i] = light_of(pass.radiance, part, i) * factor;
     out.albedo[i] = pass.first_hit.albedo[i];
     out.normal[i] = unit(pass.first_hit.normal[i]);
@@ -89,7 +82,7 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
     leave_out(part == LightPart::direct ? light.caustic : light.direct);
   }
   film_->add(CameraTask{0, 0, width, height, count_, 1}, light, pass.first_hit, Geometry());
-  for_pixels(diagnosis_.size(), [&](std::size_t i) { diagnosis_[i] += pass.diagnosis[i]; });
+  parallel_for_each(diagnosis_.size(), 4096, [&](std::size_t i) { diagnosis_[i] += pass.diagnosis[i]; });
   ++count_;
 }
 
@@ -99,7 +92,7 @@ ViewImage FrameSums::image(const Camera& camera, LightPart part, float factor, b
   ViewImage out = empty_image(camera, film_->width(), film_->height());
   const Reservation memory(budget_, "filter", filtered ? out.size() * kFilterBytes : 0);
   if (filtered) out.light = filtered_picture(*film_, indirect_only).radiance;
-  for_pixels(out.size(), [&](std::size_t i) {
+  parallel_for_each(out.size(), 4096, [&](std::size_t i) {
     out.light[i] = (filtered ? out.light[i] : film_->radiance(i, indirect_only)) * factor;
     out.albedo[i] = film_->mean(Layer::albedo, i);
     const RGB n = film_->mean(Layer::normal, i);

@@ -10,7 +10,6 @@ namespace glowworm {
 
 namespace {
 
-constexpr std::size_t kMixedAtOnce = 2048;
 /// Two points are on one surface if one lies no further from the other's plane than this share of its distance, and the
 /// cosine between their normals is at least this.
 constexpr float kPlaneTolerance = 0.01f;
@@ -50,7 +49,7 @@ History::Found History::look_up(Vec3 position, Vec3 normal, bool hit) const {
 
 void History::blend_with_last(ViewImage& image, float weight, double seconds, std::span<float> weights) const {
   const auto kept = static_cast<float>(std::pow(kRest, std::max(seconds, 0.0) / kLifetime));
-  parallel_for_each(image.size(), kMixedAtOnce, [&](std::size_t i) {
+  parallel_for_each(image.size(), 4096, [&](std::size_t i) {
     const Found found = look_up(image.position[i], image.normal[i], std::isfinite(image.depth[i]));
     if (found.weight <= 0) return;
     // The mean over all frames, but the old share is limited by its age.
