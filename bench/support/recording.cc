@@ -30,7 +30,7 @@ struct Guides {
   MemoryBudget budget{default_memory_bytes()};
   PhotonMaps maps{budget};
   std::shared_ptr<const EmissionGuide> emission;
-  std::shared_ptr<const PhotonDemand> demand;
+  std::shared_ptr<const PhotonImportance> importance;
   GatherGuide gather;
 
   void learn(const Stage& stage, const RecordingSettings& wanted) {
@@ -42,11 +42,11 @@ struct Guides {
     const Camera& camera = stage.scene->camera("");
     PhotonGuiding guiding = guide_photons(*stage.tracer, camera, resolve(render, *stage.scene));
     emission = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
-    demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+    importance = std::make_shared<const PhotonImportance>(std::move(guiding.importance));
     PhotonMapSettings map;
     map.photons = wanted.photons;
     map.guide = emission;
-    map.demand = demand;
+    map.importance = importance;
     map.secondary_gather = true;
     Statistics statistics;
     maps.update(*stage.tracer, map, statistics);
@@ -71,7 +71,7 @@ Recording record(const Stage& stage, const RecordingSettings& settings) {
   PhotonPassSettings photons;
   photons.photons = settings.photons;
   photons.guide = guides.emission.get();
-  photons.demand = guides.demand.get();
+  photons.importance = guides.importance.get();
   recording.photons = trace_photons(*stage.tracer, photons, statistics).global;
   CameraPassSettings camera;
   camera.width = settings.width;

@@ -197,7 +197,7 @@ std::shared_ptr<JobMaps> Job::maps_for_next_slice() const {
 void JobMaps::forget_scene() {
   maps.forget();
   guide.reset();
-  demand.reset();
+  importance.reset();
   gather_guide = GatherGuide();
   has_gather_guide = false;
 }

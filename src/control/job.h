@@ -44,7 +44,7 @@ struct ChosenNumbers {
 /// The photons of a render, what guides them and the gather rays, and samples.
 struct JobMaps {
   std::shared_ptr<const EmissionGuide> guide;
-  std::shared_ptr<const PhotonDemand> demand;
+  std::shared_ptr<const PhotonImportance> importance;
   GatherGuide gather_guide;
   bool has_gather_guide = false;
   float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known

@@ -31,7 +31,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.radius_scale = s.progressive ? progressive_radius_scale(pass) : 1.0f;
   wanted.max_bounces = photon_bounces(s.max_bounces);
   wanted.guide = made_->guide;
-  wanted.demand = made_->demand;
+  wanted.importance = made_->importance;
   const bool gathers = s.integrator == Integrator::gather;
   wanted.on_all_surfaces = s.of_points && !gathers;
   if (s.boundary_correction)
@@ -64,7 +64,7 @@ void Job::guide_emission(const RenderSettings& s, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::trace_photons);
   PhotonGuiding guiding = guide_photons(*tracer_, guide_view(), s, shared_.get());
   made_->guide = std::make_shared<const EmissionGuide>(std::move(guiding.guide));
-  made_->demand = std::make_shared<const PhotonDemand>(std::move(guiding.demand));
+  made_->importance = std::make_shared<const PhotonImportance>(std::move(guiding.importance));
 }
 
 SharedWork* Job::sharers(std::uint32_t pass) const {

@@ -134,7 +134,7 @@ void Job::fit_to_time() {
                       std::max((time_.left_s() - again_s) / job_time_.least_passes, kLeastRoom * time_.whole_s()));
   if (guiding_paths(few) != guiding_paths(fitted)) {
     made_->guide.reset();
-    made_->demand.reset();
+    made_->importance.reset();
   }
   statistics_.add_time(Phase::trace_photons, seconds() - start);
   is_mapping_ = false;

@@ -1,6 +1,7 @@
 #include "film/checkpoint.h"
 
-#include <cstring>
+#include <array>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -16,68 +17,23 @@ namespace glowworm {
 
 namespace {
 
-constexpr char kCheckpointMagic[8] = {'G', 'L', 'O', 'W', 'C', 'P', '0', '9'};
+constexpr std::array<char, 8> kCheckpointMagic = {'G', 'L', 'O', 'W', 'C', 'P', '0', '9'};
 
-/// Writes values (core/archive.h) and their fingerprint.
-class Writer {
- public:
-  static constexpr bool kReads = false;
-  explicit Writer(const std::string& path) : file_(path) { file_.write(kCheckpointMagic, sizeof kCheckpointMagic); }
-  void bytes(const void* data, std::size_t size) {
-    file_.write(data, size);
-    fingerprint_.add_bytes(data, size);
+/// The next bytes of a checkpoint's file, with their fingerprint.
+ArchiveReader::Source source_of(std::ifstream& file, ContentHash& fingerprint) {
+  return [&](void* to, std::size_t size) {
+    if (!file.read(static_cast<char*>(to), static_cast<std::streamsize>(size))) return false;
+    fingerprint.add_bytes(to, size);
     check_disk_memory();
-  }
-  std::size_t count(std::uint64_t size, std::size_t) {
-    bytes(&size, sizeof size);
-    return size;
-  }
-  void commit() {
-    const std::uint64_t sum = fingerprint_.value();
-    file_.write(&sum, sizeof sum);
-    file_.commit();
-  }
+    return true;
+  };
+}
 
- private:
-  AtomicFile file_;
-  ContentHash fingerprint_;
-};
-
-/// Reads the output of Writer. Throws InvalidArchive for files that are too short or of another kind.
-class Reader {
- public:
-  static constexpr bool kReads = true;
-  Reader(std::ifstream& file, std::uint64_t size) : file_(file), left_(size) {
-    char magic[sizeof kCheckpointMagic];
-    bytes(magic, sizeof magic);
-    if (std::memcmp(magic, kCheckpointMagic, sizeof magic) != 0) fail_transfer("it is of another kind");
-    fingerprint_ = ContentHash();
-  }
-  void bytes(void* to, std::uint64_t size) {
-    if (size > left_ || !file_.read(static_cast<char*>(to), static_cast<std::streamsize>(size)))
-      fail_transfer("it ends too early");
-    left_ -= size;
-    fingerprint_.add_bytes(to, size);
-    check_disk_memory();
-  }
-  std::size_t count(std::size_t, std::size_t bytes_each) {
-    std::uint64_t size = 0;
-    bytes(&size, sizeof size);
-    if (size > left_ / bytes_each) fail_transfer("it holds less than it says");
-    return size;
-  }
-  void finish() {
-    const std::uint64_t expected = fingerprint_.value();
-    std::uint64_t sum = 0;
-    bytes(&sum, sizeof sum);
-    if (sum != expected || left_ > 0) fail_transfer("it is damaged");
-  }
-
- private:
-  std::ifstream& file_;
-  std::uint64_t left_;
-  ContentHash fingerprint_;
-};
+void check_magic(ArchiveReader& reader) {
+  std::array<char, 8> magic{};
+  transfer(reader, magic);
+  if (magic != kCheckpointMagic) fail_transfer("it is of another kind");
+}
 
 template <typename Archive>
 void transfer_key(Archive& archive, Checkpoint& c) {
@@ -93,9 +49,18 @@ void transfer(Archive& archive, Checkpoint& c) {
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  Writer writer(path);
+  AtomicFile file(path);
+  ContentHash fingerprint;
+  file.write(kCheckpointMagic.data(), kCheckpointMagic.size());
+  ArchiveWriter writer([&](const void* data, std::size_t size) {
+    file.write(data, size);
+    fingerprint.add_bytes(data, size);
+    check_disk_memory();
+  });
   transfer(writer, const_cast<Checkpoint&>(checkpoint));  // a writer does not change it
-  writer.commit();
+  const std::uint64_t sum = fingerprint.value();
+  file.write(&sum, sizeof sum);
+  file.commit();
 }
 
 std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use, std::uint64_t memory) {
@@ -110,10 +75,16 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path, DiskUse use, 
   const std::unique_ptr<DiskMemory> disk = DiskMemory::for_arrays(use, 2 * size, memory);
   const DiskMemory::Scope scope(disk.get());
   try {
-    Reader reader(file, size);
+    ContentHash fingerprint;
+    ArchiveReader reader(source_of(file, fingerprint), size);
+    check_magic(reader);
+    fingerprint = ContentHash();
     Checkpoint out;
     transfer(reader, out);
-    reader.finish();
+    const std::uint64_t expected = fingerprint.value();
+    std::uint64_t sum = 0;
+    transfer(reader, sum);
+    if (sum != expected || !reader.at_end()) fail_transfer("it is damaged");
     return out;
   } catch (const InvalidArchive&) {
     throw Error({path}, "this is not a whole checkpoint of this program",
@@ -126,7 +97,9 @@ std::optional<Checkpoint> read_key_of_checkpoint(const std::string& path) try {
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
-  Reader reader(file, size);
+  ContentHash unused;
+  ArchiveReader reader(source_of(file, unused), size);
+  check_magic(reader);
   Checkpoint out;
   transfer_key(reader, out);
   return out;

@@ -80,7 +80,7 @@ class ReaderProcess {
     busy_ = false;
     return answer;
   } catch (const InvalidArchive& invalid) {
-    fail(path, fmt::format("gave an invalid answer: {}", invalid.what));
+    fail(path, fmt::format("gave an invalid answer: {}", invalid.what()));
   }
 
   /// Memory that both processes see. Throws MemoryError if it cannot have `bytes` bytes.

@@ -32,16 +32,13 @@ void transfer_answer(Archive& archive, ReaderAnswer& a) {
 
 std::string encode_answer(const ReaderAnswer& answer) {
   std::string bytes;
-  const std::function<void(const void*, std::size_t)> append = [&](const void* data, std::size_t size) {
-    bytes.append(static_cast<const char*>(data), size);
-  };
-  ArchiveWriter writer(append);
+  ArchiveWriter writer([&](const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); });
   transfer_answer(writer, const_cast<ReaderAnswer&>(answer));  // a writer does not change the answer
   return bytes;
 }
 
 ReaderAnswer decode_answer(std::string_view bytes) {
-  ArchiveReader reader(bytes);
+  ArchiveReader reader(std::as_bytes(std::span(bytes)));
   ReaderAnswer answer;
   transfer_answer(reader, answer);
   const ImageFileHeader& header = answer.header;

@@ -8,8 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/bytes.h"
-#include "core/bytes_error.h"
+#include "core/archive.h"
 #include "core/frame.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -19,6 +18,9 @@
 #include "maps/nearby_surface.h"
 
 namespace glowworm {
+
+template <>
+inline constexpr bool kPlain<PhotonCuts> = sizeof(PhotonCuts) == 36;
 
 namespace {
 
@@ -388,26 +390,24 @@ struct FactorOf {
   float factor;
 };
 
-/// A piece of shared work: the number of factors that are not 1, these, and cuts.
+template <typename Archive>
+void transfer(Archive& archive, FactorOf& of) {
+  transfer_all(archive, of.photon, of.factor);
+}
+
+/// A piece of shared work: the factors that are not 1, and cuts.
 std::vector<std::byte> make_piece(Factors& factors, std::size_t piece, std::size_t pieces) {
   std::vector<FactorOf> made;
   for (const BoundaryCluster& cluster : factors.measure(piece, pieces))
     for (const std::uint32_t photon : factors.members(cluster))
       if (factors.values()[photon] != 1) made.push_back({photon, factors.values()[photon]});
-  ByteWriter out;
-  out.put(std::uint64_t{made.size()});
-  out.put_array(made);
-  out.put_array(factors.take_cuts());
-  return out.take();
+  return archived(made, factors.take_cuts());
 }
 
 void take_piece(std::span<const std::byte> bytes, std::vector<float>& values, std::vector<PhotonCuts>& cuts) {
-  ByteReader in(bytes, "a piece of factors");
   std::vector<FactorOf> factors;
-  in.take_array(factors, in.take<std::uint64_t>());
   std::vector<PhotonCuts> more;
-  in.take_array(more, in.left() / sizeof(PhotonCuts));
-  require(in.left() == 0);
+  unarchive(bytes, factors, more);
   for (const auto& [photon, factor] : factors) require(photon < values.size() && std::isfinite(factor) && factor > 0);
   for (const PhotonCuts& c : more) {
     require(c.photon < values.size());

@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/bytes.h"
-#include "core/bytes_error.h"
+#include "core/archive.h"
 #include "core/random.h"
 
 namespace glowworm {
@@ -154,23 +153,15 @@ class Pilot {
 };
 
 std::vector<std::byte> packed_rays(const GuideRays& rays) {
-  ByteWriter out;
-  out.put_array(rays.position);
-  out.put_array(rays.normal);
-  out.put_array(rays.cell);
-  out.put_array(rays.light);
-  return out.take();
+  return archived(rays.position, rays.normal, rays.cell, rays.light);
 }
 
 GuideRays unpacked_rays(std::span<const std::byte> bytes) {
   GuideRays rays;
-  const std::size_t points = bytes.size() / kBytesEach;
-  ByteReader in(bytes, "a piece of gather rays");
-  in.take_array(rays.position, points);
-  in.take_array(rays.normal, points);
-  in.take_array(rays.cell, points * kRaysEach);
-  in.take_array(rays.light, points * kRaysEach);
-  require(in.left() == 0);
+  unarchive(bytes, rays.position, rays.normal, rays.cell, rays.light);
+  const std::size_t points = rays.position.size();
+  require(rays.normal.size() == points && rays.cell.size() == points * kRaysEach &&
+          rays.light.size() == points * kRaysEach);
   for (const auto* vectors : {&rays.position, &rays.normal})
     for (const Vec3& v : *vectors) require(is_finite(v));
   for (const std::uint8_t cell : rays.cell) require(cell < GatherGuide::kSide * GatherGuide::kSide);

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/bytes.h"
-#include "core/bytes_error.h"
+#include "core/archive.h"
 #include "core/parallel.h"
 #include "gather/camera_pass.h"
 #include "gather/final_gather.h"
@@ -31,10 +30,8 @@ constexpr std::size_t kMinHits = 128;
 constexpr double kEasyShare = 0.4;
 /// Least gain of the mean score that justifies the uneven flux of photons.
 constexpr double kMinGain = 1.5;
-/// Paths in one piece of work.
-constexpr std::size_t kPathGrain = 2048;
 
-ImportanceGrid importance(const QueryPoints& queries) {
+ImportanceGrid grid_of(const QueryPoints& queries) {
   std::vector<float> weights;
   for (const RGB& w : queries.weight) weights.push_back(std::max(0.0f, luminance(w)));
   return ImportanceGrid(queries.position, queries.normal, weights);
@@ -94,25 +91,25 @@ GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadi
   return points;
 }
 
-PhotonDemand find_demand(const Tracer& tracer, const View& view, const RenderSettings& settings) {
+PhotonImportance find_importance(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   SlotRadiance radiance;
   const GatherPoints points = view.points ? coarse_points(tracer, *view.points, radiance)
                                           : coarse_points(tracer, view.cameras(), settings, radiance);
   Statistics statistics;
-  PhotonDemand demand;
+  PhotonImportance importance;
   const QueryPoints seen = gather_points_as_queries(points);
-  demand.seen = importance(seen);
+  importance.seen = grid_of(seen);
   if (settings.integrator == Integrator::photons) {
-    demand.gathered = demand.seen;
-    return demand;
+    importance.gathered = importance.seen;
+    return importance;
   }
   FinalGatherSettings gather;
   gather.rays = kPilotGatherRays;
   gather.seed = settings.seed;
   QueryPoints queries;
   final_gather(tracer, points, 0, points.size(), gather, radiance, {queries}, statistics);
-  demand.gathered = importance(queries);
-  return demand;
+  importance.gathered = grid_of(queries);
+  return importance;
 }
 
 std::size_t count_hits(std::span<const PilotPath> paths) {
@@ -124,26 +121,25 @@ std::size_t count_hits(std::span<const PilotPath> paths) {
 EmissionGuide learn(std::vector<PilotPath>& paths, const std::vector<EmissionGuide>& guides,
                     const std::vector<std::size_t>& counts, float floor) {
   // Balance heuristic over the rounds: each path has the combined density of all rounds.
-  parallel_for(0, paths.size(), kPathGrain, [&](std::size_t first, std::size_t last) {
-    for (PilotPath& path : std::span(paths).subspan(first, last - first)) {
-      double density = 0;
-      for (std::size_t r = 0; r < guides.size(); ++r)
-        density += guides[r].density(path.numbers) * static_cast<double>(counts[r]) / static_cast<double>(paths.size());
-      path.density = static_cast<float>(density);
-    }
+  parallel_for_each(paths.size(), 4096, [&](std::size_t i) {
+    double density = 0;
+    for (std::size_t r = 0; r < guides.size(); ++r)
+      density +=
+          guides[r].density(paths[i].numbers) * static_cast<double>(counts[r]) / static_cast<double>(paths.size());
+    paths[i].density = static_cast<float>(density);
   });
   return EmissionGuide::learn(paths, floor);
 }
 
 PhotonGuiding learn_guiding(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   PhotonGuiding out;
-  out.demand = find_demand(tracer, view, settings);
-  if (out.demand.gathered.empty() && out.demand.seen.empty()) return out;
+  out.importance = find_importance(tracer, view, settings);
+  if (out.importance.gathered.empty() && out.importance.seen.empty()) return out;
   if (!may_have_lobes(tracer.scene(), kBroad)) return out;
   PhotonPassSettings pilot;
   pilot.seed = settings.seed;
   pilot.pass = kPilotStream;  // a pass number that photons never use
-  pilot.demand = &out.demand;
+  pilot.importance = &out.importance;
   out.guide = learn_emission(tracer, pilot, {.count = guiding_paths(settings)});
   return out;
 }
@@ -186,23 +182,11 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   if (!shared) return learn_guiding(tracer, view, settings);
   const auto make = [&](std::size_t) {
     const PhotonGuiding made = learn_guiding(tracer, view, settings);
-    ByteWriter out;
-    made.guide.write(out);
-    made.demand.gathered.write(out);
-    made.demand.seen.write(out);
-    return out.take();
+    return archived(made.guide, made.importance.gathered, made.importance.seen);
   };
   PhotonGuiding out;
   const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
-    read_bytes([&] {
-      ByteReader in(bytes, "the guide of photons");
-      PhotonGuiding taken;
-      taken.guide = EmissionGuide::read(in);
-      taken.demand.gathered = ImportanceGrid::read(in);
-      taken.demand.seen = ImportanceGrid::read(in);
-      require(in.left() == 0);
-      out = std::move(taken);
-    });
+    unarchive(bytes, out.guide, out.importance.gathered, out.importance.seen);
   };
   shared->divide("photon-guide", 1, make, take);
   return out;

@@ -10,7 +10,7 @@ namespace glowworm {
 
 /// The guide of a render's photons.
 struct PhotonGuiding {
-  PhotonDemand demand;
+  PhotonImportance importance;
   EmissionGuide guide;  ///< uniform if guiding does not pay
 };
 

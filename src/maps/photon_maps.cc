@@ -143,7 +143,7 @@ PhotonPassSettings PhotonMaps::pass_settings() const {
   out.pass = settings_.pass;
   out.max_bounces = settings_.max_bounces;
   out.guide = settings_.guide.get();
-  out.demand = settings_.demand.get();
+  out.importance = settings_.importance.get();
   out.on_all_surfaces = settings_.on_all_surfaces;
   out.keep_sources = settings_.light_groups != nullptr;
   out.shared = settings_.shared;
@@ -218,7 +218,7 @@ PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, c
   PhotonPassSettings wanted = pass_settings();
   wanted.choice = choice;
   wanted.discs = discs;
-  wanted.demand = nullptr;
+  wanted.importance = nullptr;
   wanted.max_emitted = wanted.photons;
   const auto learn = [&] {
     wanted.pass = kPilotStream;  // a pass number that photons never use

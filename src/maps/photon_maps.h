@@ -24,7 +24,7 @@ namespace glowworm {
 struct PhotonMapSettings : IndexInputs {  // of the global map
   float caustic_radius = 0;               ///< as `radius`, of the caustic map
   /// Decides which photons count as used; null: all.
-  std::shared_ptr<const PhotonDemand> demand;
+  std::shared_ptr<const PhotonImportance> importance;
 
   // Steps that a moving view may leave out, beside the correction. Finished steps stay.
   bool secondary_gather = false;  ///< make PhotonMaps::radii()

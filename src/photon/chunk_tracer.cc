@@ -396,8 +396,8 @@ class ChunkTracers::ChunkTracer {
     if (settings_.pilot)
       for (std::size_t i = 0, to = before; i < count; ++i)
         if (is_stored(i)) photons.path[to++] = paths_.number[first + i];
-    for (std::size_t i = before; pass_.demand && i < at; ++i)
-      photons.used[i] = demand_for(pass_, position[i], normal[i], caustic[i] != 0) > 0;
+    for (std::size_t i = before; pass_.importance && i < at; ++i)
+      photons.used[i] = importance_for(pass_, position[i], normal[i], caustic[i] != 0) > 0;
   }
 
   /// Moves those of paths [first, first + count), a block, that continue behind the first `kept` paths; returns the new
@@ -448,10 +448,10 @@ class ChunkTracers::ChunkTracer {
   float before_medium_ = 0;  // largest flux of a path before its piece in a medium
 };
 
-float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic) {
-  if (!pass.demand) return 1;
-  const float gathered = pass.choice != PhotonChoice::all ? 0.0f : pass.demand->gathered.value(position, normal);
-  return gathered + (caustic ? pass.demand->seen.value(position, normal) : 0.0f);
+float importance_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic) {
+  if (!pass.importance) return 1;
+  const float gathered = pass.choice != PhotonChoice::all ? 0.0f : pass.importance->gathered.value(position, normal);
+  return gathered + (caustic ? pass.importance->seen.value(position, normal) : 0.0f);
 }
 
 ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings), media_(*settings.tracer) {}

@@ -18,8 +18,8 @@ struct PhotonChunkSettings {
 };
 
 /// Importance of a photon to the image: as part of the global map, unless the pass has none, and, if it is a caustic
-/// photon, of the caustic map. 1 without a demand.
-float demand_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic);
+/// photon, of the caustic map. 1 without importance.
+float importance_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic);
 
 /// Traces chunks of paths. Several threads may call it at once.
 class ChunkTracers {

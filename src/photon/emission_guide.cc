@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/bytes_error.h"
+#include "core/archive.h"
 #include "core/parallel.h"
 
 namespace glowworm {
@@ -175,29 +175,32 @@ EmissionGuide EmissionGuide::learn(std::span<const PilotPath> paths, float floor
   return guide;
 }
 
-void EmissionGuide::write(ByteWriter& out) const {
-  out.put(gain_);
-  out.put<std::uint64_t>(nodes_.size());
-  out.put_array(nodes_);
+template <typename Archive>
+void EmissionGuide::Node::transfer(Archive& archive) {
+  transfer_all(archive, child, axis, split, left_share, probability, low, high);
 }
 
-EmissionGuide EmissionGuide::read(ByteReader& in) {
-  EmissionGuide guide;
-  guide.gain_ = in.take<double>();
-  in.take_array(guide.nodes_, in.take<std::uint64_t>());
-  require(std::isfinite(guide.gain_) && guide.gain_ >= 0 && !guide.nodes_.empty());
+template <typename Archive>
+void EmissionGuide::transfer(Archive& archive) {
+  transfer_all(archive, gain_, nodes_);
+  if constexpr (Archive::kReads) check();
+}
+template void EmissionGuide::transfer(ArchiveWriter& archive);
+template void EmissionGuide::transfer(ArchiveReader& archive);
+
+void EmissionGuide::check() const {
+  require(std::isfinite(gain_) && gain_ >= 0 && !nodes_.empty());
   // Wherever the values come from, a density can be found, and every walk ends.
   const auto is_share = [](float x) { return x >= 0 && x <= 1; };
-  for (std::size_t n = 0; n < guide.nodes_.size(); ++n) {
-    const Node& node = guide.nodes_[n];
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const Node& node = nodes_[n];
     for (int a = 0; a < kAxes; ++a)
       require(is_share(node.low[a]) && is_share(node.high[a]) && node.low[a] < node.high[a]);
     require(is_share(node.left_share) && node.probability > 0 && std::isfinite(node.probability));
     if (node.child == 0) continue;
-    require(node.child > n && node.child < guide.nodes_.size() - 1 && node.axis < kAxes);
+    require(node.child > n && node.child < nodes_.size() - 1 && node.axis < kAxes);
     require(node.split > node.low[node.axis] && node.split < node.high[node.axis]);
   }
-  return guide;
 }
 
 float EmissionGuide::warp(EmissionNumbers& numbers) const {

@@ -5,8 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "core/bytes.h"
-
 namespace glowworm {
 
 /// The random numbers in [0, 1) of an emitted photon: choice of the light, place (2), direction (2).
@@ -43,9 +41,9 @@ class EmissionGuide {
   double gain() const { return gain_; }
   std::size_t cell_count() const { return (nodes_.size() + 1) / 2; }
 
-  void write(ByteWriter& out) const;
-  /// Throws Error if write() cannot have made the bytes.
-  static EmissionGuide read(ByteReader& in);
+  /// Throws InvalidArchive (core/archive.h) if no guide can hold what is read.
+  template <typename Archive>
+  void transfer(Archive& archive);
 
  private:
   struct Node {
@@ -55,8 +53,12 @@ class EmissionGuide {
     float left_share = 0;   // probability of the left child
     float probability = 0;  // of the whole node
     EmissionNumbers low{}, high{};
+
+    template <typename Archive>
+    void transfer(Archive& archive);
   };
   class Learner;
+  void check() const;
 
   std::vector<Node> nodes_;
   double gain_ = 1;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/bytes_error.h"
+#include "core/archive.h"
 
 namespace glowworm {
 
@@ -64,27 +64,26 @@ float ImportanceGrid::value(Vec3 position, Vec3 normal) const {
   return found == cells_.end() ? 0.0f : found->second;
 }
 
-void ImportanceGrid::write(ByteWriter& out) const {
-  out.put(cell_);
-  out.put<std::uint64_t>(cells_.size());
+template <typename Archive>
+void ImportanceGrid::transfer(Archive& archive) {
+  std::vector<std::uint64_t> places;
+  std::vector<float> values;
   for (const auto& [place, value] : cells_) {
-    out.put(place);
-    out.put(value);
+    places.push_back(place);
+    values.push_back(value);
+  }
+  transfer_all(archive, cell_, places, values);
+  if constexpr (Archive::kReads) {
+    require(cell_ > 0 && std::isfinite(cell_) && places.size() == values.size());
+    cells_.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      require(values[i] >= 0 && values[i] <= 1);
+      cells_[places[i]] = values[i];
+    }
   }
 }
-
-ImportanceGrid ImportanceGrid::read(ByteReader& in) {
-  ImportanceGrid grid;
-  grid.cell_ = in.take<float>();
-  require(grid.cell_ > 0 && std::isfinite(grid.cell_));
-  for (auto left = in.take<std::uint64_t>(); left > 0; --left) {
-    const auto place = in.take<std::uint64_t>();
-    const auto value = in.take<float>();
-    require(value >= 0 && value <= 1);
-    grid.cells_[place] = value;
-  }
-  return grid;
-}
+template void ImportanceGrid::transfer(ArchiveWriter& archive);
+template void ImportanceGrid::transfer(ArchiveReader& archive);
 
 std::uint64_t ImportanceGrid::key(Vec3 position, Vec3 normal, int dx, int dy, int dz) const {
   // 20 bits an axis: cells a million apart share a key, which makes guiding slightly less efficient but stays correct.

@@ -4,7 +4,6 @@
 #include <span>
 #include <unordered_map>
 
-#include "core/bytes.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -27,9 +26,9 @@ class ImportanceGrid {
   /// Side of a cell, metres.
   float cell() const { return cell_; }
 
-  void write(ByteWriter& out) const;
-  /// Throws Error if write() cannot have made the bytes.
-  static ImportanceGrid read(ByteReader& in);
+  /// Throws InvalidArchive (core/archive.h) if no grid can hold what is read.
+  template <typename Archive>
+  void transfer(Archive& archive);
 
  private:
   std::uint64_t key(Vec3 position, Vec3 normal, int dx, int dy, int dz) const;

@@ -4,9 +4,14 @@
 #include <cmath>
 #include <utility>
 
-#include "core/bytes_error.h"
+#include "core/archive.h"
 
 namespace glowworm {
+
+template <>
+inline constexpr bool kPlain<PhotonSegment> = sizeof(PhotonSegment) == 56;
+template <>
+inline constexpr bool kPlain<FluxBalance> = sizeof(FluxBalance) == 144;
 
 namespace {
 
@@ -28,46 +33,33 @@ void PhotonChunk::make_room(std::size_t most) {
   for (auto* array : {&caustic, &used}) enlarge(*array, count, size);
 }
 
-void PhotonChunk::write(ByteWriter& out) const {
-  const auto put = [&](const auto& array) { out.put_array(array.span().first(count)); };
-  out.put<std::uint64_t>(count);
-  for (const auto* array : {&position, &direction, &normal}) put(*array);
-  put(flux);
-  put(light);
-  for (const auto* array : {&caustic, &used}) put(*array);
-  out.put<std::uint64_t>(segments.size());
-  out.put_array(segments);
-  for_volume([&out](const auto& batch) {
-    out.put<std::uint64_t>(batch.size());
-    batch.for_arrays([&out](const auto& array) { out.put_array(std::span(array.data(), array.size())); }, batch);
-  });
-  out.put(balance);
-  out.put<std::uint64_t>(emitted_light.size());
-  out.put_array(emitted_light);
+template <typename Archive>
+void PhotonChunk::transfer(Archive& archive) {
+  const std::size_t photons = archive.count(count, bytes_each<PhotonBatch>());
+  if constexpr (Archive::kReads) {
+    count = 0;
+    make_room(photons);
+    count = photons;
+  }
+  const auto first_of = [&](auto& array) { archive.bytes(array.data(), count * sizeof(array[0])); };
+  for (auto* array : {&position, &direction, &normal}) first_of(*array);
+  first_of(flux);
+  first_of(light);
+  for (auto* array : {&caustic, &used}) first_of(*array);
+  const auto batch = [&](auto& photons_in_media) {
+    photons_in_media.for_arrays(
+        [&](auto& array) {
+          glowworm::transfer(archive, array);
+          require(array.size() == photons_in_media.size());
+        },
+        photons_in_media);
+  };
+  batch(in_media);
+  batch(beams);
+  transfer_all(archive, segments, balance, emitted_light);
 }
-
-void PhotonChunk::read(ByteReader& in, const Scene& scene) {
-  const std::size_t photons = in.take<std::uint64_t>();
-  require(photons <= in.left() / bytes_each<PhotonBatch>());
-  count = 0;
-  make_room(photons);
-  count = photons;
-  const auto take = [&](auto& array) { in.take_to(array.span().first(count)); };
-  for (auto* array : {&position, &direction, &normal}) take(*array);
-  take(flux);
-  take(light);
-  for (auto* array : {&caustic, &used}) take(*array);
-  in.take_array(segments, in.take<std::uint64_t>());
-  for_volume([&in](auto& batch) {
-    const std::size_t size = in.take<std::uint64_t>();
-    require(size <= in.left() / sizeof(Vec3));
-    batch.resize(size);
-    batch.for_arrays([&in](auto& array) { in.take_to(std::span(array.data(), array.size())); }, batch);
-  });
-  balance = in.take<FluxBalance>();
-  in.take_array(emitted_light, in.take<std::uint64_t>());
-  require(is_possible(scene));
-}
+template void PhotonChunk::transfer(ArchiveWriter& archive);
+template void PhotonChunk::transfer(ArchiveReader& archive);
 
 bool PhotonChunk::is_possible(const Scene& scene) const {
   constexpr float kOfLength = 0.01f;  // far above the rounding of unit vectors

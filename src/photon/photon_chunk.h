@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/bytes.h"
 #include "core/large_array.h"
 #include "photon/photon_tracer.h"
 
@@ -19,7 +18,7 @@ struct PhotonChunk {
   LargeArray<std::uint32_t> light;          ///< source, counted as in Scene::light_power()
   LargeArray<std::uint32_t> path;           ///< index of the path in the chunk; only in pilot passes
   LargeArray<std::uint8_t> caustic;         ///< as in PhotonPass::caustic
-  LargeArray<std::uint8_t> used;            ///< whether the image needs the place; only with a PhotonDemand
+  LargeArray<std::uint8_t> used;            ///< whether the image needs the place; only with a PhotonImportance
   std::vector<PhotonSegment> segments;      ///< as in PhotonPass::segments, with flux as emitted
   std::vector<std::uint32_t> segment_path;  ///< index of the path in the chunk; only in pilot passes
   VolumePhotons in_media;                   ///< as in PhotonPass, with flux as emitted
@@ -31,23 +30,10 @@ struct PhotonChunk {
 
   /// Allocates memory for so many photons.
   void make_room(std::size_t most);
-  /// Writes what a pass takes of the chunk, and reads it in place of the chunk's contents. Throws BytesError if no
-  /// chunk of the scene can hold that.
-  void write(ByteWriter& out) const;
-  void read(ByteReader& in, const Scene& scene);
-
- private:
-  /// Calls work(batch) for both batches of photons in media.
-  template <class Work>
-  void for_volume(Work&& work) {
-    work(in_media);
-    work(beams);
-  }
-  template <class Work>
-  void for_volume(Work&& work) const {
-    work(in_media);
-    work(beams);
-  }
+  /// What a pass takes of the chunk (core/archive.h).
+  template <typename Archive>
+  void transfer(Archive& archive);
+  /// Whether the scene can have such a chunk.
   bool is_possible(const Scene& scene) const;
 };
 

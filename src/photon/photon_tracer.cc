@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "core/bytes_error.h"
+#include "core/archive.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "photon/chunk_tracer.h"
@@ -19,8 +19,6 @@ namespace glowworm {
 
 namespace {
 
-/// Photons that one piece of work scales.
-constexpr std::size_t kScaledAtOnce = 1 << 15;
 /// Chunks of a piece of shared work, about a tenth of a second of a core, and most pieces of a wave.
 constexpr std::uint64_t kChunksPerPiece = 128, kMostPieces = 64;
 
@@ -37,12 +35,12 @@ void add(FluxBalance& sum, const FluxBalance& part) {
 
 /// Adds up a chunk's counts by light, and separates its caustic photons.
 void count(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
-  const bool demanded = settings.demand != nullptr;
+  const bool has_importance = settings.importance != nullptr;
   for (const std::uint32_t light : chunk.emitted_light)
     if (light != kNone) ++pass.emitted_by_light[light];
   for (std::size_t i = 0; i < chunk.count; ++i) ++pass.stored_by_light[chunk.light[i]];
-  // Without a demand, all stored photons count as used.
-  for (std::size_t i = 0; demanded && i < chunk.count; ++i) pass.used_by_light[chunk.light[i]] += chunk.used[i];
+  // Without importance, all stored photons count as used.
+  for (std::size_t i = 0; has_importance && i < chunk.count; ++i) pass.used_by_light[chunk.light[i]] += chunk.used[i];
   for (std::size_t i = 0; i < chunk.count; ++i)
     if (chunk.caustic[i]) pass.caustic.push_back(chunk.position[i], chunk.direction[i], chunk.flux[i], chunk.normal[i]);
   if (settings.keep_sources) {
@@ -87,25 +85,27 @@ void share_chunks(const Tracer& tracer, ChunkTracers& tracers, std::uint64_t fir
                   const PhotonPassSettings& settings, PhotonPass& pass) {
   const std::uint64_t pieces = std::min((end - first + kChunksPerPiece - 1) / kChunksPerPiece, kMostPieces);
   const auto make = [&](std::size_t piece) {
-    ByteWriter out;
+    std::vector<std::byte> out;
     const std::uint64_t chunks = end - first;
     trace_chunks(tracers, first + chunks * piece / pieces, first + chunks * (piece + 1) / pieces,
-                 [&](const PhotonChunk& chunk) { chunk.write(out); });
-    return out.take();
+                 [&](const PhotonChunk& chunk) {
+                   const std::vector<std::byte> bytes = archived(chunk);
+                   out.insert(out.end(), bytes.begin(), bytes.end());
+                 });
+    return out;
   };
   PhotonChunk chunk;
   const auto take = [&](std::size_t piece, std::span<const std::byte> bytes) {
     const std::uint64_t chunks = (end - first) * (piece + 1) / pieces - (end - first) * piece / pieces;
-    read_bytes([&] {
-      ByteReader in(bytes, "a piece of photons");
-      for (std::uint64_t i = 0; i < chunks; ++i) chunk.read(in, tracer.scene());
-      require(in.left() == 0);
-    });
-    // All of the piece is sound.
-    ByteReader in(bytes, "a piece of photons");
-    for (std::uint64_t i = 0; i < chunks; ++i) {
-      chunk.read(in, tracer.scene());
-      join(pass, chunk, settings);
+    // Nothing is joined before all of the piece is known to be sound.
+    for (const bool sound : {false, true}) {
+      ArchiveReader in(bytes);
+      for (std::uint64_t i = 0; i < chunks; ++i) {
+        transfer(in, chunk);
+        require(chunk.is_possible(tracer.scene()));
+        if (sound) join(pass, chunk, settings);
+      }
+      require(in.at_end());
     }
   };
   settings.shared->divide("photons-" + std::to_string(settings.pass) + "-" + std::to_string(first), pieces, make, take);
@@ -145,7 +145,7 @@ void trace_waves(const Tracer& tracer, const PhotonPassSettings& settings, Photo
 
 void scale(PhotonPass& pass, std::uint64_t emitted) {
   const float factor = static_cast<float>(1.0 / static_cast<double>(emitted));
-  parallel_for_each(pass.global.size(), kScaledAtOnce, [&](std::size_t i) { pass.global.flux[i] *= factor; });
+  parallel_for_each(pass.global.size(), 4096, [&](std::size_t i) { pass.global.flux[i] *= factor; });
   for (RGB& flux : pass.caustic.flux) flux *= factor;
   for (PhotonSegment& segment : pass.segments) segment.flux *= factor;
   for (RGB& flux : pass.in_media.flux) flux *= factor;
@@ -168,7 +168,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   if (settings.choice != PhotonChoice::all || settings.discs || settings.on_all_surfaces ||
       may_have_lobes(tracer.scene(), kBroad) || !tracer.scene().media().empty())
     trace_waves(tracer, settings, pass);
-  if (!settings.demand) pass.used_by_light = pass.stored_by_light;
+  if (!settings.importance) pass.used_by_light = pass.stored_by_light;
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
   statistics.add(Counter::photons_emitted, pass.emitted);
   statistics.add(Counter::photons_stored, pass.stored);
@@ -195,7 +195,7 @@ std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const Photo
     };
     for (std::size_t i = 0; i < chunk.count; ++i)
       add_score(chunk.path[i],
-                chunk.flux[i] * demand_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0));
+                chunk.flux[i] * importance_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0));
     for (std::size_t i = 0; i < chunk.segments.size(); ++i) add_score(chunk.segment_path[i], chunk.segments[i].flux);
   });
   return stored;

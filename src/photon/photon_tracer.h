@@ -18,7 +18,7 @@
 namespace glowworm {
 
 /// The places where the image needs photons.
-struct PhotonDemand {
+struct PhotonImportance {
   ImportanceGrid gathered;  ///< of the global map
   ImportanceGrid seen;      ///< of the caustic map, which is looked up at the ends of camera paths
 };
@@ -42,8 +42,8 @@ struct PhotonPassSettings {
   std::uint32_t seed = 0;
   std::uint32_t pass = 0;  ///< passes of one seed have different photons
   int max_bounces = kNoBounceLimit;
-  const EmissionGuide* guide = nullptr;  ///< null: emission in proportion to power
-  const PhotonDemand* demand = nullptr;  ///< decides which photons count as used; null: all
+  const EmissionGuide* guide = nullptr;          ///< null: emission in proportion to power
+  const PhotonImportance* importance = nullptr;  ///< decides which photons count as used; null: all
   /// Also store photons on black, specular and transparent surfaces, for irradiance, which needs no material. Pictures
   /// look up none there.
   bool on_all_surfaces = false;
@@ -86,7 +86,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
 
 /// Traces `count` paths of a pilot pass, from path `first` on, with settings.guide; fewer, in whole chunks, if they
 /// store `photons_left` photons before, as paths do that bounce on and on in a closed white room. Takes what they store
-/// off `photons_left`. A path's score is its contribution to settings.demand (everywhere 1 if null) in units of one
+/// off `photons_left`. A path's score is its contribution to settings.importance (everywhere 1 if null) in units of one
 /// photon's share of all power, without the guide's factor. With settings.discs, the contribution is that of its
 /// segments; paths of choice `all` have both. PilotPath::density is that of the guide only. The result does not depend
 /// on the number of threads.

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <deque>
 
-#include "core/bytes.h"
+#include "core/archive.h"
 #include "core/error.h"
+#include "core/lines.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "film/packed_file.h"
@@ -16,6 +17,9 @@
 #include "trace/instruction_set.h"
 
 namespace glowworm {
+
+template <>
+inline constexpr bool kPlain<CameraTask> = sizeof(CameraTask) == 28;
 
 namespace {
 
@@ -31,26 +35,37 @@ constexpr int kTasksAtOnce = 2;
 /// Pixels of results that rank 0 adds at once. A result of more pixels keeps all threads busy alone.
 constexpr std::size_t kPixelsAddedAtOnce = std::size_t{1} << 18;
 
-class Packer : public ByteWriter {
- public:
-  explicit Packer(Kind kind) { put(kind); }
-};
+template <typename... Values>
+std::vector<std::byte> packed(Kind kind, const Values&... values) {
+  return archived(static_cast<std::uint8_t>(kind), values...);
+}
 
-class Unpacker : public ByteReader {
+/// Reads a message. Its kind comes first.
+class Unpacker {
  public:
-  explicit Unpacker(const Message& message)
-      : ByteReader(message.bytes, fmt::format("a message of rank {}", message.from)) {}
+  explicit Unpacker(const Message& message) : archive_(message.bytes) { transfer_enum(archive_, kind_, Kind::bye); }
+
+  Kind kind() const { return kind_; }
+  template <typename T>
+  T take() {
+    T value{};
+    transfer(archive_, value);
+    return value;
+  }
+
+ private:
+  ArchiveReader archive_;
+  Kind kind_{};
 };
 
 /// Sums of the samples of a task, as a part's file holds them: from a few samples of a pixel on they are smaller than
 /// the samples.
-std::vector<std::byte> packed(const CameraTask& task, const Film& film) {
-  Packer out(Kind::result);
-  out.put(task);
-  PackedWriter writer([&](std::span<const std::byte> bytes) { out.put_array(bytes); });
+std::vector<std::byte> packed_film(const CameraTask& task, const Film& film) {
+  std::vector<std::byte> sums;
+  PackedWriter writer([&](std::span<const std::byte> bytes) { sums.insert(sums.end(), bytes.begin(), bytes.end()); });
   film.write_state([&](std::span<const std::byte> bytes) { writer.write(bytes); });
   writer.finish();
-  return out.take();
+  return packed(Kind::result, task, sums);
 }
 
 /// Number and machine of a rank, for messages.
@@ -67,15 +82,15 @@ void warn_of_late_rank(const Ranks& ranks, int rank, double seconds, const char*
 /// Adds the film of a result to the render; ignores other messages.
 void put_result(const Message& message, const Crew::Work& work) {
   Unpacker in(message);
-  if (in.take<Kind>() != Kind::result) return;
+  if (in.kind() != Kind::result) return;
   const auto task = in.take<CameraTask>();
-  work.put(task, std::span(message.bytes).last(in.left()));
+  work.put(task, in.take<std::vector<std::byte>>());
 }
 
 /// Pixels of a result; 0 for other messages.
 std::size_t pixels_of(const Message& message) {
   Unpacker in(message);
-  return in.take<Kind>() == Kind::result ? in.take<CameraTask>().pixel_count() : 0;
+  return in.kind() == Kind::result ? in.take<CameraTask>().pixel_count() : 0;
 }
 
 /// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. If none comes
@@ -90,25 +105,14 @@ std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, double late_after
     const std::optional<Message> message = ranks.receive(late_after);
     if (!message) break;
     Unpacker in(*message);
-    const auto got = in.take<Kind>();
-    if (got == kind)
-      texts[static_cast<std::size_t>(message->from)] = in.rest();
+    if (in.kind() == kind)
+      texts[static_cast<std::size_t>(message->from)] = in.take<std::string>();
     else
       other(*message);
-    if (got == kind || got == Kind::failure) missing.erase(message->from);
+    if (in.kind() == kind || in.kind() == Kind::failure) missing.erase(message->from);
   }
   for (const int rank : missing) warn_of_late_rank(ranks, rank, late_after, "begin without it");
   return texts;
-}
-
-std::vector<std::string> words_of(const std::string& text) {
-  std::vector<std::string> words;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    words.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return words;
 }
 
 /// Callbacks of a render that takes no results.
@@ -130,20 +134,18 @@ void use_sets(const std::string& chosen) {
 
 /// Tells a rank the sets that this one uses.
 void tell_sets(Ranks& ranks, int rank) {
-  Packer out(Kind::chosen);
   const std::string rays = ray_instruction_set();  // its last word is the name
-  out.put_text(fmt::format("{}\n{}", simd_name(), rays.substr(rays.rfind(' ') + 1)));
-  ranks.send(rank, out.take(), kSendSeconds);
+  ranks.send(rank, packed(Kind::chosen, simd_name() + "\n" + rays.substr(rays.rfind(' ') + 1)), kSendSeconds);
 }
 
 /// The first of the words that all texts have.
 std::string best_of_all(const std::vector<std::string>& texts) {
-  for (const std::string& word : words_of(texts.front())) {
+  for (const std::string_view word : words_of(texts.front())) {
     const auto has = [&](const std::string& text) {
-      const std::vector<std::string> words = words_of(text);
+      const std::vector<std::string_view> words = words_of(text);
       return std::find(words.begin(), words.end(), word) != words.end();
     };
-    if (std::all_of(texts.begin(), texts.end(), has)) return word;
+    if (std::all_of(texts.begin(), texts.end(), has)) return std::string(word);
   }
   throw Error("the ranks have no instruction set in common", "Start ranks on machines of one kind.");
 }
@@ -152,19 +154,17 @@ std::string best_of_all(const std::vector<std::string>& texts) {
 
 std::string agree_on_instruction_sets(Ranks& ranks, double late_after) {
   if (ranks.rank() > 0) {
-    Packer out(Kind::sets);
-    out.put_text(own_sets());
-    ranks.send(0, out.take(), kSendSeconds);
+    ranks.send(0, packed(Kind::sets, own_sets()), kSendSeconds);
     const std::optional<Message> message = ranks.receive(kPatience);
     if (!message) throw Error("rank 0 does not answer");
     Unpacker in(*message);
-    if (in.take<Kind>() != Kind::chosen) throw Error("rank 0 did not choose an instruction set");
-    use_sets(in.rest());
+    if (in.kind() != Kind::chosen) throw Error("rank 0 did not choose an instruction set");
+    use_sets(in.take<std::string>());
     return "";
   }
   const auto no_other = [](const Message& message) {
     Unpacker in(message);
-    if (in.take<Kind>() == Kind::failure) throw Error(fmt::format("rank {}: {}", message.from, in.rest()));
+    if (in.kind() == Kind::failure) throw Error(fmt::format("rank {}: {}", message.from, in.take<std::string>()));
     throw Error(fmt::format("rank {} did not tell its instruction sets", message.from));
   };
   std::vector<std::string> texts = texts_of_all(ranks, Kind::sets, late_after, no_other), kernels, rays;
@@ -205,13 +205,13 @@ void Crew::take_message(const Message& message, const Work& work) {
   heard_[message.from] = clock_.seconds();
   if (late_.erase(message.from) > 0) inform(name_of(*ranks_, message.from) + " answers again");
   Unpacker in(message);
-  switch (in.take<Kind>()) {
+  switch (in.kind()) {
     // Of ranks that were late.
     case Kind::sets:
       tell_sets(*ranks_, message.from);
       return;
     case Kind::key:
-      check_key(message.from, in.rest());
+      check_key(message.from, in.take<std::string>());
       return;
     case Kind::result:
       std::erase(tasks_[message.from], in.take<CameraTask>());
@@ -220,7 +220,7 @@ void Crew::take_message(const Message& message, const Work& work) {
       waiting_.push_back(message.from);
       return;
     case Kind::failure:
-      failures_.push_back(fmt::format("rank {}: {}", message.from, in.rest()));
+      failures_.push_back(fmt::format("rank {}: {}", message.from, in.take<std::string>()));
       [[fallthrough]];
     default:
       gone_.insert(message.from);
@@ -264,11 +264,9 @@ void Crew::serve(const Work& work) {
       if (!task) break;
       const int rank = waiting_.front();
       waiting_.erase(waiting_.begin());
-      Packer out(Kind::task);
-      out.put(*task);
       if (tasks_[rank].empty()) heard_[rank] = clock_.seconds();
       tasks_[rank].push_back(*task);
-      if (ranks_->send(rank, out.take(), kSendSeconds)) continue;
+      if (ranks_->send(rank, packed(Kind::task, *task), kSendSeconds)) continue;
       failures_.push_back(name_of(*ranks_, rank) + " does not answer");
       late_.insert(rank);  // it may answer again
       take_tasks_back(rank, work);
@@ -279,7 +277,7 @@ void Crew::serve(const Work& work) {
 void Crew::stop(double seconds) {
   for (int rank = 1; rank < count(); ++rank) {
     if (gone_.contains(rank) || stopped_.contains(rank)) continue;
-    if (ranks_->send(rank, Packer(Kind::stop).take(), late_.contains(rank) ? 1 : seconds)) stopped_.insert(rank);
+    if (ranks_->send(rank, packed(Kind::stop), late_.contains(rank) ? 1 : seconds)) stopped_.insert(rank);
   }
 }
 
@@ -300,12 +298,10 @@ bool Crew::dismiss(double seconds) {
 }
 
 void report_failure(Ranks& ranks, const std::string& message) {
-  Packer out(Kind::failure);
-  out.put_text(message);
-  ranks.send(0, out.take(), kSendSeconds);
+  ranks.send(0, packed(Kind::failure, message), kSendSeconds);
 }
 
-void report_end(Ranks& ranks) { ranks.send(0, Packer(Kind::bye).take(), kSendSeconds); }
+void report_end(Ranks& ranks) { ranks.send(0, packed(Kind::bye), kSendSeconds); }
 
 std::vector<std::string> wait_for_ends(Ranks& ranks, const std::function<bool()>& cancelled) {
   std::vector<std::string> failures;
@@ -313,19 +309,19 @@ std::vector<std::string> wait_for_ends(Ranks& ranks, const std::function<bool()>
     const std::optional<Message> message = ranks.receive(kTurn);
     if (!message) continue;
     Unpacker in(*message);
-    const Kind kind = in.take<Kind>();
-    if (kind != Kind::bye && kind != Kind::failure) continue;
+    if (in.kind() != Kind::bye && in.kind() != Kind::failure) continue;
     --left;
-    if (kind == Kind::failure) failures.push_back(fmt::format("rank {}: {}", message->from, in.rest()));
+    if (in.kind() == Kind::failure)
+      failures.push_back(fmt::format("rank {}: {}", message->from, in.take<std::string>()));
   }
   return failures;
 }
 
 void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
-  ByteReader in(bytes, "the film of a task");
   PackedReader packed([&](std::span<std::byte> to) {
-    if (in.left() < to.size()) return false;
-    in.take_to(to);
+    if (bytes.size() < to.size()) return false;
+    std::copy_n(bytes.begin(), to.size(), to.begin());
+    bytes = bytes.subspan(to.size());
     return true;
   });
   const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
@@ -333,29 +329,25 @@ void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film&
     throw Error("a rank sent the film of another task");
 }
 
-void RankWorker::introduce(const RenderKey& key) {
-  Packer out(Kind::key);
-  out.put_text(key_text(key));
-  ranks_->send(0, out.take(), kSendSeconds);
-}
+void RankWorker::introduce(const RenderKey& key) { ranks_->send(0, packed(Kind::key, key_text(key)), kSendSeconds); }
 
 void RankWorker::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
                       const std::function<bool()>& ended) {
   try {
     begin();
-    for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, Packer(Kind::ask).take(), kSendSeconds);
+    for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
     std::deque<CameraTask> tasks;
     bool stopped = false;
     while (!stopped && !ended()) {
       // A stop that has come already makes tasks before it needless.
       while (const std::optional<Message> message = ranks_->receive(tasks.empty() && !stopped ? 0.1 : 0)) {
         Unpacker in(*message);
-        stopped = in.take<Kind>() != Kind::task;
+        stopped = in.kind() != Kind::task;
         if (stopped) break;
         tasks.push_back(in.take<CameraTask>());
       }
       if (stopped || tasks.empty()) continue;
-      ranks_->send(0, packed(tasks.front(), compute(tasks.front())), kSendSeconds);
+      ranks_->send(0, packed_film(tasks.front(), compute(tasks.front())), kSendSeconds);
       tasks.pop_front();
     }
   } catch (const Cancelled&) {
@@ -363,7 +355,7 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Fi
     report_failure(*ranks_, error.what());
     return;
   }
-  ranks_->send(0, Packer(Kind::bye).take(), kSendSeconds);
+  ranks_->send(0, packed(Kind::bye), kSendSeconds);
 }
 
 }  // namespace glowworm

@@ -15,8 +15,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/archive.h"
 #include "core/atomic_file.h"
-#include "core/bytes_error.h"
 #include "core/content_hash.h"
 #include "core/error.h"
 #include "core/log.h"
@@ -133,7 +133,7 @@ class ShareFolder::Division {
       if (!bytes) return false;
       try {
         take_(next_, *bytes);
-      } catch (const BytesError&) {
+      } catch (const InvalidArchive&) {
         const std::string path = path_of(next_, "share");
         tell_damaged(path);
         share_.damaged_[path] = state_of(path).value_or(FileState());

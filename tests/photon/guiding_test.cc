@@ -166,7 +166,7 @@ TEST(PhotonGuiding, DoesNothingIfEmissionNeedsNoGuiding) {
     const Tracer tracer(scene);
     const PhotonGuiding guiding = guide_photons(tracer, scene.camera(""), small_picture(scene));
     EXPECT_EQ(guiding.guide.cell_count(), 1u) << name;
-    EXPECT_FALSE(guiding.demand.gathered.empty());
+    EXPECT_FALSE(guiding.importance.gathered.empty());
   }
 }
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "builtin/builtin.h"
+#include "core/archive.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "kernels/simd.h"
@@ -199,7 +200,7 @@ TEST(SharedRender, ResultsThatHaveArrivedAreAddedAtOnce) {
   set_thread_count(2);
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(3);
   for (const std::size_t rank : {1u, 2u}) {
-    std::vector<std::byte> result(1 + sizeof(CameraTask));
+    std::vector<std::byte> result(1 + sizeof(CameraTask) + sizeof(std::uint64_t));  // with a film of no bytes
     result.front() = std::byte{5};
     const CameraTask task{0, 0, 16, 16};
     std::memcpy(result.data() + 1, &task, sizeof task);
@@ -450,11 +451,8 @@ TEST(SharedRender, RanksWithAnotherSceneAreRefused) {
 TEST(InstructionSets, AreTheBestThatAllRanksHave) {
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
   // A machine that can do less.
-  std::thread other([&] {
-    std::vector<std::byte> bytes = {std::byte{0}};
-    for (const char c : std::string("sse4 ssse3 sse2 scalar\nsse")) bytes.push_back(static_cast<std::byte>(c));
-    ranks[1]->send(0, bytes, 1);
-  });
+  std::thread other(
+      [&] { ranks[1]->send(0, archived(std::uint8_t{0}, std::string("sse4 ssse3 sse2 scalar\nsse")), 1); });
   const std::string before = simd_name(), rays_before = ray_instruction_set();
   const std::string chosen = agree_on_instruction_sets(*ranks[0]);
   other.join();
@@ -463,7 +461,7 @@ TEST(InstructionSets, AreTheBestThatAllRanksHave) {
   EXPECT_THAT(chosen, HasSubstr("kernels by sse4, rays by sse"));
   const std::optional<Message> told = ranks[1]->receive(1);
   ASSERT_TRUE(told);
-  EXPECT_EQ(told->bytes.size(), 1 + std::string("sse4\nsse").size());
+  EXPECT_EQ(told->bytes, archived(std::uint8_t{1}, std::string("sse4\nsse")));
   set_simd(before);
   set_ray_instruction_set(ray_instruction_sets().front());
   EXPECT_EQ(ray_instruction_set(), rays_before);

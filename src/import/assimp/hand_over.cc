@@ -102,14 +102,14 @@ void write_foreign_scene(const ForeignScene& scene, const std::function<void(con
 }
 
 ForeignScene read_foreign_scene(std::string_view bytes, const std::string& file) try {
-  ArchiveReader reader(bytes);
+  ArchiveReader reader(std::as_bytes(std::span(bytes)));
   ForeignScene scene;
   transfer(reader, scene);
   if (!reader.at_end()) fail_transfer("it does not end where it should");
   check_indices(scene);
   return scene;
 } catch (const InvalidArchive& invalid) {
-  throw Error({file}, std::string("Assimp's output is invalid: ") + invalid.what,
+  throw Error({file}, std::string("Assimp's output is invalid: ") + invalid.what(),
               "Open it in the program that wrote it and export it again, as glTF if possible.");
 }
 
