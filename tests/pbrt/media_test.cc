@@ -44,6 +44,24 @@ TEST(PbrtMedia, HomogeneousMediaHaveTheirCoefficients) {
   expect_color(medium("").sigma_s, {2.55f, 3.21f, 3.77f});
 }
 
+TEST(PbrtMedia, PresetsAreMeasuredSubstances) {
+  const Medium beer = medium("\"string preset\" \"Budweiser Beer\" \"float scale\" 100");
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(beer.sigma_s[c], RGB(2.4356e-3f, 2.4079e-3f, 1.0564e-3f)[c], 1e-7f);
+    EXPECT_NEAR(beer.sigma_a[c], RGB(1.1492f, 2.4911f, 5.7786f)[c], 1e-4f);
+  }
+  EXPECT_EQ(beer.g, 0);
+  // Coefficients stand behind a preset in pbrt-v4, and before it in pbrt-v3.
+  const std::string both = "\"string preset\" \"Skimmilk\" \"rgb sigma_s\" [1 2 3] ";
+  expect_color(medium(both).sigma_s, {0.70f, 1.22f, 1.90f});
+  const Medium v3 =
+      load_text("WorldBegin MakeNamedMedium \"m\" \"string type\" \"heterogeneous\" \"float density\" [1] " + both +
+                kTriangle + "WorldEnd\n")
+          .media.at(0);
+  expect_color(v3.sigma_s, {1, 2, 3});
+  expect_color(v3.sigma_a, {0.0014f, 0.0025f, 0.0142f});
+}
+
 TEST(PbrtMedia, GridsArePlacedByTheTransform) {
   const Medium m = medium(
       "\"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1 \"point3 p0\" [0 0 0] "

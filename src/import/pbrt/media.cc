@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <string_view>
 #include <utility>
 
 #include "core/error.h"
 #include "import/nanovdb/reader.h"
 #include "import/pbrt/cloud.h"
 #include "import/pbrt/colors.h"
+#include "import/pbrt/medium_presets.h"
 #include "import/pbrt/transforms.h"
 #include "scene/scene_checks.h"
 
@@ -17,29 +16,8 @@ namespace glowworm {
 
 namespace {
 
-/// Coefficients of milk, mm^-1 (Jensen, Marschner, Levoy and Hanrahan, "A Practical Model for Subsurface Light
-/// Transport", 2001): the default of pbrt.
-constexpr RGB kMilkSigmaA{0.0011f, 0.0024f, 0.014f}, kMilkSigmaS{2.55f, 3.21f, 3.77f};
-
-struct Preset {
-  std::string_view name;
-  RGB sigma_s, sigma_a;  ///< mm^-1
-};
-constexpr std::array kPresets = {
-    // Jensen et al. 2001
-    Preset{"Apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}},
-    Preset{"Chicken1", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}},
-    Preset{"Chicken2", {0.19f, 0.25f, 0.32f}, {0.018f, 0.088f, 0.20f}},
-    Preset{"Cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}},
-    Preset{"Ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}},
-    Preset{"Marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}},
-    Preset{"Potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}},
-    Preset{"Skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}},
-    Preset{"Skin1", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}},
-    Preset{"Skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}},
-    Preset{"Spectralon", {11.6f, 20.4f, 14.9f}, {0.00f, 0.00f, 0.00f}},
-    Preset{"Wholemilk", kMilkSigmaS, kMilkSigmaA},
-};
+/// The coefficients of grids, where the file gives none.
+constexpr MediumPreset kOne{{}, RGB(1.0f), RGB(1.0f)};
 
 /// Builds the medium of one directive.
 class MediumBuilder {
@@ -82,10 +60,22 @@ class MediumBuilder {
     return color_or(context_, parameters_, name, use, otherwise);
   }
 
-  /// Reads sigma_a and sigma_s, in units of the file as everything else.
-  void coefficients(RGB sigma_a, RGB sigma_s) {
-    medium_.sigma_a = color("sigma_a", PbrtColorUse::unbounded, sigma_a);
-    medium_.sigma_s = color("sigma_s", PbrtColorUse::unbounded, sigma_s);
+  /// Reads sigma_a and sigma_s, in units of the file as everything else. A preset stands before them in pbrt-v4, behind
+  /// them in pbrt-v3. @param otherwise where the file gives neither
+  void coefficients(const MediumPreset& otherwise) {
+    const std::string name = parameters_.string("preset", "");
+    const MediumPreset* const preset = name.empty() ? &otherwise : find_medium_preset(name);
+    if (!preset)
+      return parameters_.error(fmt::format("unknown preset {} of a medium", in_quotes(name)),
+                               "Known: " + medium_preset_names() + ".");
+    if (!name.empty())
+      parameters_.note("coefficients per millimetre, as in pbrt taken per unit of the file: preset of a medium");
+    medium_.sigma_a = preset->sigma_a;
+    medium_.sigma_s = preset->sigma_s;
+    if (name.empty() || context_.v3) {
+      medium_.sigma_a = color("sigma_a", PbrtColorUse::unbounded, medium_.sigma_a);
+      medium_.sigma_s = color("sigma_s", PbrtColorUse::unbounded, medium_.sigma_s);
+    }
     scale();
   }
   void scale() {
@@ -96,18 +86,7 @@ class MediumBuilder {
 
   void homogeneous() {
     medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f)) * parameters_.real("Lescale", 1);
-    const std::string preset = parameters_.string("preset", "");
-    if (preset.empty()) return coefficients(kMilkSigmaA, kMilkSigmaS);
-    for (const Preset& known : kPresets) {
-      if (known.name != preset) continue;
-      medium_.sigma_a = known.sigma_a;
-      medium_.sigma_s = known.sigma_s;
-      parameters_.note("coefficients per millimetre, as in pbrt taken per unit of the file: preset of a medium");
-      return scale();
-    }
-    std::string names;
-    for (const Preset& known : kPresets) names += (names.empty() ? "" : ", ") + std::string(known.name);
-    parameters_.error(fmt::format("unknown preset {} of a medium", in_quotes(preset)), "Known: " + names + ".");
+    coefficients(*find_medium_preset("Wholemilk"));  // the default of pbrt
   }
 
   void bounds() {
@@ -148,10 +127,7 @@ class MediumBuilder {
     MediumGridValues grid;
     bounds(grid);
     grid.density = numbers("density");
-    if (context_.v3)
-      coefficients(kMilkSigmaA, kMilkSigmaS);
-    else
-      coefficients(RGB(1.0f), RGB(1.0f));
+    coefficients(context_.v3 ? *find_medium_preset("Wholemilk") : kOne);
     const std::vector<float> scales = numbers("Lescale"), temperatures = numbers("temperature");
     if (grid.density.empty() && temperatures.empty())
       return parameters_.error("a grid without density", "Give \"float density\", one value for each cell.");
@@ -200,7 +176,7 @@ class MediumBuilder {
 
   void cloud() {
     bounds();
-    coefficients(RGB(1.0f), RGB(1.0f));
+    coefficients(kOne);
     PbrtCloud cloud;
     cloud.density = parameters_.real("density", cloud.density);
     cloud.wispiness = parameters_.real("wispiness", cloud.wispiness);
@@ -214,7 +190,7 @@ class MediumBuilder {
 
   /// A grid of a NanoVDB file. The medium's own coordinates count its voxels.
   void file_grid() {
-    coefficients(RGB(1.0f), RGB(1.0f));
+    coefficients(kOne);
     const std::string path = context_.resolve(parameters_.string("filename", ""), parameters_.place());
     try {
       NanoVdbGrid read = read_nanovdb(path, parameters_.string("gridname", "density"), *context_.budget);
