@@ -162,7 +162,8 @@ class Path {
       if (!is_black(sample.emitted)) {
         History with = history_;
         with.mark_medium();
-        radiance_.add(with.destination(radiance_), slot_, state_.throughput * sample.emitted, kNone);
+        radiance_.add(with.destination(radiance_), slot_, state_.throughput * sample.emitted,
+                      scene_.source_of_medium(state_.medium.index));
       }
       state_.throughput *= sample.weight;
       if (sample.scatters) scatters = scatter(medium, segment, sample.distance);

@@ -67,7 +67,9 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
     scatters |= !is_black(here.sigma_s);
     passed *= transmittance(sigma_t, last - first);
   });
-  if (!is_black(emitted) && !photons_alone_) radiance_.add(*target.part, target.slot, path.throughput * emitted, kNone);
+  if (!is_black(emitted) && !photons_alone_)
+    radiance_.add(*target.part, target.slot, path.throughput * emitted,
+                  tracer_.scene().source_of_medium(path.medium.index));
   if (!scatters) return;
   RGB throughput = path.throughput;
   if (target.by_opacity) {

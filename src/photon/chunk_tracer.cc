@@ -135,8 +135,8 @@ class ChunkTracers::ChunkTracer {
     const MediumSample sample = sample_medium(*medium, path.ray, length, before, sampler.next2());
     keep_segment(i, path.ray, sample.scatters ? sample.distance : length,
                  is_black(medium->sigma_s) ? medium->sigma_a : RGB(0.0f));
-    const bool is_stored = pass_.choice == PhotonChoice::all && paths_.bounces[i] != first_bounces(paths_.light[i]) &&
-                           !is_black(medium->sigma_s);
+    const bool is_stored =
+        pass_.choice == PhotonChoice::all && !is_straight_from_lamp(paths_.bounces[i]) && !is_black(medium->sigma_s);
     if (is_stored) {
       const MediumSpan span =
           span_in(*medium, path.ray.origin, path.ray.direction, 0, sample.scatters ? sample.distance : length);
@@ -208,6 +208,7 @@ class ChunkTracers::ChunkTracer {
       result_->guide_weight.push_back(guide_weight);
     }
     emission_.emit(scene_, count);
+    if (!scene_.emissive_media().empty()) drop_outside_of_media(count);
     for (int c = 0; c < 3; ++c)
       result_->balance.emitted[c] += sum(count, [flux = emission_.flux_channel(c)](std::size_t i) { return flux[i]; });
     std::size_t at = paths_.count;
@@ -228,8 +229,20 @@ class ChunkTracers::ChunkTracer {
     paths_.count = at;
   }
 
-  /// The bits of paths without a bounce.
+  /// Drops photons of a block that start where surfaces leave their medium out.
+  void drop_outside_of_media(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const MediumEmission* const emission = scene_.medium_of_source(emission_.light(i));
+      if (!emission || is_black(emission_.flux(i))) continue;
+      const PathMedium around = medium_at_start(*settings_.tracer, emission_.origin(i), emission_.direction(i));
+      if (around.index != emission->medium()) emission_.drop(i);
+    }
+  }
+
+  /// The bits of paths without a bounce. What media emit is never part of the caustic map: gather rays see it through
+  /// mirrors and glass, too.
   std::uint8_t first_bounces(std::uint32_t light) const {
+    if (scene_.medium_of_source(light)) return 0;
     return is_delta(light) ? kNoneBroad | kFromDelta : kNoneBroad;
   }
   /// Whether a light source has no size.

@@ -62,6 +62,7 @@ EmissionBlock::Kind EmissionBlock::choose(const Scene& scene, std::size_t i) {
     set_distant(i, light.direction, light.intensity);
     return kDistant;
   }
+  if (source < scene.first_environment_source()) return kOther;
   const EnvironmentDirection sample =
       sample_environment(*scene.environment(), scene.environment_distribution(), {square_[0][i], square_[1][i]});
   light_[i] = environment_source(scene, sample.direction);

@@ -19,6 +19,11 @@ class EmissionBlock {
   /// Emits photons [0, count), count <= kBlock.
   void emit(const Scene& scene, std::size_t count);
 
+  /// Takes the flux of a photon that cannot start after all.
+  void drop(std::size_t i) {
+    for (Array& channel : flux_) channel[i] = 0;
+  }
+
   std::uint32_t light(std::size_t i) const { return light_[i]; }
   Vec3 origin(std::size_t i) const { return vector(origin_, i); }
   Vec3 direction(std::size_t i) const { return vector(direction_, i); }

@@ -68,7 +68,8 @@ struct PhotonPass {
   PhotonBatch global;   ///< photons at every surface with a broad lobe, after any path
   PhotonBatch caustic;  ///< those with at least one bounce and only specular ones; a passage of a pane does not count
   std::vector<PhotonSegment> segments;  ///< by PhotonPassSettings::discs
-  /// Photons in media, after one bounce or more: light samples bring light straight from lamps.
+  /// Photons in media: those of media's own light, and others after one bounce or more. Light samples bring light
+  /// straight from lamps.
   VolumePhotons in_media;
   VolumeBeams beams;  ///< the same photons, on their way
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.

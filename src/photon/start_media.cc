@@ -30,6 +30,10 @@ StartMedia::StartMedia(const Tracer& tracer) {
     const PathMedium around = is_far ? at_infinity_ : medium_at_start(tracer, light.position, light.direction);
     sides_.push_back({around, around});
   }
+  for (const MediumEmission& emission : scene.emissive_media()) {
+    const PathMedium own{emission.medium(), false};
+    sides_.push_back({own, own});
+  }
 }
 
 }  // namespace glowworm

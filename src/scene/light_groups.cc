@@ -23,6 +23,10 @@ std::pair<std::string, std::size_t> key_of(const Scene& scene, std::uint32_t sou
     const std::string& name = scene.lights()[source - triangles].name;
     return {name, name.empty() ? emissions + source - triangles : 0};
   }
+  if (const MediumEmission* const emission = scene.medium_of_source(source)) {
+    const std::string& name = scene.media()[emission->medium()].name;
+    return {name, name.empty() ? emissions + source - triangles : 0};
+  }
   return {scene.environment()->name, emissions + source - triangles};
 }
 
@@ -35,7 +39,7 @@ LightGroups light_groups(const Scene& scene) {
   const bool in_parts = scene.environment() && scene.environment()->parts;
   for (std::uint32_t source = 0; source < scene.light_source_count(); ++source) {
     const auto count = static_cast<std::uint32_t>(groups.names.size());
-    const bool limited = !in_parts && source < scene.emissive_triangles().size() + scene.lights().size();
+    const bool limited = !in_parts && source < scene.first_environment_source();
     const auto [place, added] =
         places.try_emplace(key_of(scene, source), limited ? std::min<std::uint32_t>(count, kMaxGroups) : count);
     groups.of_source.push_back(place->second);

@@ -68,8 +68,8 @@ LightRig::LightRig(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)
                        {}});
   }
   if (scene_->environment()) {
-    const auto source = static_cast<std::uint32_t>(first + scene_->lights().size());
-    lights_.push_back({light_source_name(*scene_, source), RigLightKind::environment, 0, {}, {}, {}});
+    lights_.push_back(
+        {light_source_name(*scene_, scene_->first_environment_source()), RigLightKind::environment, 0, {}, {}, {}});
   }
   std::vector<std::string> names = names_of(lights_);
   number_repeated(names);

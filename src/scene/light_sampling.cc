@@ -25,10 +25,6 @@ Choice choose_source(const Scene& scene, float u) {
   return {sample.index, sample.probability, sample.remapped};
 }
 
-std::uint32_t first_environment_source(const Scene& scene) {
-  return static_cast<std::uint32_t>(scene.emissive_triangles().size() + scene.lights().size());
-}
-
 const Emission& emission_of(const Scene& scene, std::uint32_t triangle) {
   return scene.emissions()[scene.geometry().emission[triangle]];
 }
@@ -207,6 +203,18 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
   return out;
 }
 
+/// Samples a place of a medium's volume, and an even direction.
+EmittedPhoton emit_from_medium(const Scene& scene, const MediumEmission& emission, float u_block, Vec2 u_position,
+                               Vec2 u_direction) {
+  const MediumEmission::Start start =
+      emission.sample(scene.media()[emission.medium()], {u_block, u_position.x, u_position.y});
+  EmittedPhoton out;
+  out.origin = start.position;
+  out.direction = square_to_sphere(u_direction);
+  out.flux = start.flux;
+  return out;
+}
+
 EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_direction) {
   const EnvironmentDirection sample =
       sample_environment(*scene.environment(), scene.environment_distribution(), u_direction);
@@ -240,7 +248,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
   LightSample out = sample_light_of(scene, choice.source, position, u);
   out.pdf *= choice.probability;
   out.source =
-      choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, out.direction);
+      choice.source < scene.first_environment_source() ? choice.source : environment_source(scene, out.direction);
   return out;
 }
 
@@ -257,13 +265,13 @@ float light_pdf(const Scene& scene, Vec3 position, const SurfacePoint& on_light)
 
 float environment_pdf(const Scene& scene, Vec3 position, Vec3 direction) {
   if (!scene.environment()) return 0;
-  return scene.light_selector().probability(position, first_environment_source(scene)) *
+  return scene.light_selector().probability(position, scene.first_environment_source()) *
          radiance_and_pdf(*scene.environment(), scene.environment_distribution(), direction).pdf;
 }
 
 std::uint32_t environment_source(const Scene& scene, Vec3 direction) {
   const EnvironmentParts* const parts = scene.environment() ? scene.environment()->parts.get() : nullptr;
-  return first_environment_source(scene) + (parts ? parts->part_of(direction) : 0);
+  return scene.first_environment_source() + (parts ? parts->part_of(direction) : 0);
 }
 
 RGB environment_radiance(const Scene& scene, Vec3 direction) {
@@ -279,11 +287,13 @@ EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position
     out = emit_from_triangle(scene, choice.source, u_position, u_direction);
   else if (choice.source < triangles + scene.lights().size())
     out = emit_from_light(scene, scene.lights()[choice.source - triangles], u_position, u_direction);
+  else if (const MediumEmission* const medium = scene.medium_of_source(choice.source))
+    out = emit_from_medium(scene, *medium, choice.remapped, u_position, u_direction);
   else
     out = emit_from_environment(scene, u_position, u_direction);
   out.flux *= 1 / choice.probability;
   out.light =
-      choice.source < first_environment_source(scene) ? choice.source : environment_source(scene, -out.direction);
+      choice.source < scene.first_environment_source() ? choice.source : environment_source(scene, -out.direction);
   return out;
 }
 
@@ -300,6 +310,10 @@ std::string light_source_name(const Scene& scene, std::uint32_t source) {
            : light.kind == LightKind::spot      ? "spot light"
            : light.kind == LightKind::luminaire ? "luminaire"
                                                 : "directional light";
+  }
+  if (const MediumEmission* const emission = scene.medium_of_source(source)) {
+    const std::string& name = scene.media()[emission->medium()].name;
+    return name.empty() ? "medium" : name;
   }
   return scene.environment()->name.empty() ? "environment" : scene.environment()->name;
 }

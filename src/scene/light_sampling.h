@@ -56,6 +56,7 @@ struct EmittedPhoton {
 };
 
 /// Emits a photon: chooses the source in proportion to power, then position and direction by the source's emission.
+/// A photon of a medium may start where surfaces leave that out; it has no flux then, which only rays can tell.
 EmittedPhoton sample_emission(const Scene& scene, float u_light, Vec2 u_position, Vec2 u_direction);
 
 /// A name for messages and statistics.

@@ -47,13 +47,17 @@ LightBounds bounds_of(const Light& light) {
 }  // namespace
 
 LightSelector::LightSelector(const Geometry& geometry, std::span<const std::uint32_t> emissive_triangles,
-                             std::span<const Emission> emissions, std::span<const Light> lights,
+                             std::span<const Emission> emissions, std::span<const Light> lights, std::size_t media,
                              std::span<const float> powers, float disc) {
   std::vector<LightBounds> near;
   std::vector<float> far;
   const std::size_t triangles = emissive_triangles.size();
   for (std::uint32_t source = 0; source < powers.size(); ++source) {
     const bool is_triangle = source < triangles, is_light = !is_triangle && source < triangles + lights.size();
+    if (source >= triangles + lights.size() && source < triangles + lights.size() + media) {
+      place_.push_back(kNone);
+      continue;
+    }
     if (is_triangle || (is_light && lights[source - triangles].kind != LightKind::directional)) {
       place_.push_back(static_cast<std::uint32_t>(near.size()));
       near_source_.push_back(source);
@@ -94,6 +98,7 @@ LightSelector::Choice LightSelector::AtPoint::choose(float u) {
 
 float LightSelector::probability(Vec3 position, std::uint32_t source) const {
   const std::uint32_t place = place_[source];
+  if (place == kNone) return 0;
   const float share = far_share(position);
   if (place & kFar) return share > 0 ? share * far_.probability(place & ~kFar) : 0.0f;
   return share < 1 ? (1 - share) * tree_.probability(position, place) : 0.0f;

@@ -18,11 +18,12 @@ class LightSelector {
   LightSelector() = default;
   /// @param emissive_triangles of `geometry`; their sources come first
   /// @param lights the sources after them
-  /// @param powers of all sources, W (luminance); one more than triangles and lights if there is an environment
+  /// @param media number of the sources after those, which no point samples
+  /// @param powers of all sources, W (luminance); one more than these if there is an environment
   /// @param disc area through which far light reaches the scene, m^2
   LightSelector(const Geometry& geometry, std::span<const std::uint32_t> emissive_triangles,
-                std::span<const Emission> emissions, std::span<const Light> lights, std::span<const float> powers,
-                float disc);
+                std::span<const Emission> emissions, std::span<const Light> lights, std::size_t media,
+                std::span<const float> powers, float disc);
 
   struct Choice {
     std::uint32_t source = 0;
@@ -54,7 +55,7 @@ class LightSelector {
   Distribution1D far_;
   float far_irradiance_ = 0;                             // W m^-2
   std::vector<std::uint32_t> near_source_, far_source_;  // sources in the tree's and in far_'s order
-  std::vector<std::uint32_t> place_;                     // index of each source in the tree or, with kFar set, in far_
+  std::vector<std::uint32_t> place_;  // index of each source in the tree or, with kFar set, in far_; kNone for media
   static constexpr std::uint32_t kFar = 0x80000000u;
 };
 

@@ -168,6 +168,11 @@ MediumPoint medium_point(const Medium& medium, Vec3 position) {
   return out;
 }
 
+bool emits(const Medium& medium) {
+  const MediumGrid::Point most = medium.grid ? medium.grid->greatest() : MediumGrid::Point();
+  return !is_black(medium.emission * most.emission * medium.sigma_a * most.sigma_a);
+}
+
 float greatest_extinction(const Medium& medium) {
   return extinction(medium, medium.grid ? medium.grid->greatest() : MediumGrid::Point());
 }

@@ -82,6 +82,8 @@ struct MediumPoint {
 MediumPoint medium_point(const Medium& medium, Vec3 position);
 
 inline bool is_homogeneous(const Medium& medium) { return !medium.grid; }
+/// Whether a medium may emit light.
+bool emits(const Medium& medium);
 /// The largest sigma_t of any place and channel, m^-1.
 float greatest_extinction(const Medium& medium);
 

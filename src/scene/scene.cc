@@ -85,7 +85,7 @@ void normalize_lights(SceneDescription& d) {
 
 /// Whether the file has lights, though they may be black. A texture of emission that is black makes none.
 bool has_lights(const SceneDescription& d, const Geometry& geometry) {
-  return !d.lights.empty() || d.environment ||
+  return !d.lights.empty() || d.environment || std::any_of(d.media.begin(), d.media.end(), emits) ||
          std::any_of(geometry.emission.begin(), geometry.emission.end(), [&](std::uint32_t emission) {
            return emission != kNone && d.emissions[emission].radiance.texture == kNone;
          });
@@ -202,6 +202,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   material_is_pane_ = find_panes(d_.materials);
   crosses_media_ = !d_.media.empty() || has_interfaces(d_.materials, *geometry_);
   find_repeated();
+  emissive_media_ = find_emissive_media(d_.media, d_.materials, *geometry_, d_.ambient_medium);
   find_light_sources();
   check_dimness(d_, radius_);
   if (light_power_.total() > 0) return;
@@ -228,6 +229,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       bounds_(scene.bounds_),
       center_(scene.center_),
       radius_(scene.radius_),
+      emissive_media_(scene.emissive_media_),
       material_has_alpha_(scene.material_has_alpha_),
       material_is_pane_(scene.material_is_pane_),
       crosses_media_(scene.crosses_media_) {
@@ -246,6 +248,7 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
     const bool same_instances = edit.geometry->instances.size() == geometry_->instances.size();
     geometry_ = std::move(edit.geometry);
     measure();
+    emissive_media_ = find_emissive_media(d_.media, d_.materials, *geometry_, d_.ambient_medium);
     if (!same_instances) find_repeated();
   }
   find_light_sources();
@@ -293,6 +296,7 @@ void Scene::find_light_sources() {
     source_powers_.push_back(power);
   }
   for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, radius_));
+  for (const MediumEmission& emission : emissive_media_) source_powers_.push_back(emission.power());
   if (d_.environment) {
     source_powers_.push_back(environment_integral(*d_.environment) * disc);
     environment_distribution_ = glowworm::environment_distribution(*d_.environment);
@@ -301,7 +305,14 @@ void Scene::find_light_sources() {
   std::vector<float> weights;
   for (const RGB& power : source_powers_) weights.push_back(power_weight(power));
   light_power_ = Distribution1D(weights);
-  light_selector_ = LightSelector(g, emissive_triangles_, d_.emissions, d_.lights, weights, disc);
+  light_selector_ =
+      LightSelector(g, emissive_triangles_, d_.emissions, d_.lights, emissive_media_.size(), weights, disc);
+}
+
+std::uint32_t Scene::source_of_medium(std::uint32_t medium) const {
+  for (std::uint32_t i = 0; i < emissive_media_.size(); ++i)
+    if (emissive_media_[i].medium() == medium) return first_medium_source() + i;
+  return kNone;
 }
 
 const Camera& Scene::camera(const std::string& name) const {

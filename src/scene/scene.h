@@ -16,6 +16,7 @@
 #include "scene/light_selector.h"
 #include "scene/material.h"
 #include "scene/medium.h"
+#include "scene/medium_emission.h"
 #include "scene/texture.h"
 
 namespace glowworm {
@@ -154,16 +155,33 @@ class Scene {
   std::uint32_t emissive_index(std::uint32_t triangle) const {
     return triangle < emissive_index_.size() ? emissive_index_[triangle] : kNone;
   }
-  /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then the
-  /// environment, of which all parts count as one here. Its total is the power of all light, in W (luminance).
+  /// The media that emit.
+  const std::vector<MediumEmission>& emissive_media() const { return emissive_media_; }
+  /// Chooses a light source in proportion to its power: first the emissive triangles, then lights(), then
+  /// emissive_media(), then the environment, of which all parts count as one here. Its total is the power of all light,
+  /// in W (luminance).
   const Distribution1D& light_power() const { return light_power_; }
-  /// Power of each light source in W, counted as in light_power(); an estimate for textured emission. The last may be
-  /// that of all parts of the environment.
+  /// Power of each light source in W, counted as in light_power(); an estimate for textured emission, and for media,
+  /// which are taken to fill their boxes. The last may be that of all parts of the environment.
   const std::vector<RGB>& source_powers() const { return source_powers_; }
   /// Number of light sources, with each part of the environment.
   std::size_t light_source_count() const {
     const std::size_t of_environment = !d_.environment ? 0 : d_.environment->parts ? d_.environment->parts->count : 1;
-    return emissive_triangles_.size() + d_.lights.size() + of_environment;
+    return first_environment_source() + of_environment;
+  }
+  /// The first sources of those kinds, counted as in light_power(): of emissive_media(), and of the environment.
+  std::uint32_t first_medium_source() const {
+    return static_cast<std::uint32_t>(emissive_triangles_.size() + d_.lights.size());
+  }
+  std::uint32_t first_environment_source() const {
+    return first_medium_source() + static_cast<std::uint32_t>(emissive_media_.size());
+  }
+  /// The source of a medium's own light, or kNone. @param medium index into media()
+  std::uint32_t source_of_medium(std::uint32_t medium) const;
+  /// The medium whose light a source is, or null. @param source counted as in light_power()
+  const MediumEmission* medium_of_source(std::uint32_t source) const {
+    const std::uint32_t first = first_medium_source();
+    return source >= first && source < first_environment_source() ? &emissive_media_[source - first] : nullptr;
   }
   /// Chooses a light source for a point.
   const LightSelector& light_selector() const { return light_selector_; }
@@ -192,6 +210,7 @@ class Scene {
   Vec3 center_;
   float radius_ = 0;
   std::vector<std::uint32_t> emissive_triangles_, emissive_index_;
+  std::vector<MediumEmission> emissive_media_;
   std::vector<RGB> source_powers_;
   Distribution1D light_power_;
   LightSelector light_selector_;

@@ -63,6 +63,7 @@ Environment studio_light(const Camera& camera) {
 
 bool needs_studio_light(const SceneDescription& scene) {
   if (!scene.lights.empty() || scene.environment) return false;
+  if (std::any_of(scene.media.begin(), scene.media.end(), emits)) return false;
   if (scene.emissions.empty()) return true;
   if (!scene.emission_may_be_decoration) return false;
   for (const Emission& emission : scene.emissions)

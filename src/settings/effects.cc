@@ -61,28 +61,20 @@ std::vector<bool> find_used(const Scene& scene) {
   return used;
 }
 
-/// Light of media that the integrator does not find.
-std::vector<std::string> lost_in_media(const Scene& scene, Integrator integrator) {
-  std::vector<std::string> notes;
+/// Whether the path tracer misses light in media.
+bool is_lost_in_media(const Scene& scene) {
   const auto& media = scene.media();
-  const bool by_paths = integrator == Integrator::path;
   const bool scatters = std::any_of(media.begin(), media.end(), [](const Medium& m) { return !is_black(m.sigma_s); });
-  if (by_paths && scatters && bends_delta_lights(scene))
-    notes.emplace_back(
-        "media miss the light of lamps without size that mirrors or glass bend; --integrator gather has it");
-  for (const Medium& m : media)
-    if (!by_paths && !is_black(m.emission * m.sigma_a))
-      notes.push_back(fmt::format(
-          "medium \"{}\" emits no photons: its light is missing where it is scattered more than once, or by media; "
-          "--integrator path has it",
-          m.name));
-  return notes;
+  return scatters && bends_delta_lights(scene);
 }
 
 }  // namespace
 
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings) {
-  std::vector<std::string> notes = lost_in_media(scene, settings.integrator);
+  std::vector<std::string> notes;
+  if (settings.integrator == Integrator::path && is_lost_in_media(scene))
+    notes.emplace_back(
+        "media miss the light of lamps without size that mirrors or glass bend; --integrator gather has it");
   if (settings.integrator != Integrator::gather) return notes;
   const std::size_t first = notes.size();
   const std::vector<bool> used = find_used(scene);

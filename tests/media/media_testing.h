@@ -91,4 +91,21 @@ inline std::vector<double> irradiance(const Stage& stage, const RenderSettings& 
   return out;
 }
 
+/// Irradiance times area over the walls of the box from (-1, -1, -1) to (1, 1, 1), by sensors just before them.
+inline double power_on_walls(const Stage& stage, const RenderSettings& settings) {
+  std::vector<Vec3> positions, normals;
+  constexpr int kSide = 12;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-1.0f, 1.0f})
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const float u = (static_cast<float>(i % kSide) + 0.5f) * 2 / kSide - 1,
+                    v = (static_cast<float>(i / kSide) + 0.5f) * 2 / kSide - 1, w = side * 0.999f;
+        positions.push_back(axis == 0 ? Vec3{w, u, v} : axis == 1 ? Vec3{u, w, v} : Vec3{u, v, w});
+        normals.push_back(axis == 0 ? Vec3{-side, 0, 0} : axis == 1 ? Vec3{0, -side, 0} : Vec3{0, 0, -side});
+      }
+  double sum = 0;
+  for (const double e : irradiance(stage, settings, positions, normals)) sum += e * 4 / (kSide * kSide);
+  return sum;
+}
+
 }  // namespace glowworm

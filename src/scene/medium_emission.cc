@@ -1,0 +1,136 @@
+#include "scene/medium_emission.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/warp.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Emission at a place across the box, W sr^-1 m^-3.
+RGB emission_across(const Medium& medium, Vec3 at) {
+  const MediumGrid::Point factors = medium.grid ? medium.grid->at(at) : MediumGrid::Point();
+  return medium.emission * factors.emission * medium.sigma_a * factors.sigma_a;
+}
+
+Vec3 place_in(const Box3& box, Vec3 u) {
+  const Vec3 size = box.diagonal();
+  return box.min + Vec3{u.x * size.x, u.y * size.y, u.z * size.z};
+}
+
+float volume_of(const Box3& box) {
+  const Vec3 size = box.diagonal();
+  return size.x * size.y * size.z;
+}
+
+/// The mean emission of a block of a grid times its share of the box. Between the centres of eight cells, values are
+/// interpolated with weights that are nowhere 0: the middle of each such part has all that emits there.
+RGB emission_of_block(const Medium& medium, const Box3& block) {
+  const std::array<int, 3>& size = medium.grid->values().size;
+  std::array<int, 3> first{}, last{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto halves = 2 * static_cast<float>(size[axis]);
+    first[axis] = static_cast<int>(std::lround(block.min[static_cast<int>(axis)] * halves));
+    last[axis] = static_cast<int>(std::lround(block.max[static_cast<int>(axis)] * halves));
+  }
+  const auto middle = [&](std::size_t axis, int half) {
+    return (static_cast<float>(half) + 0.5f) / (2 * static_cast<float>(size[axis]));
+  };
+  RGB sum;
+  for (int z = first[2]; z < last[2]; ++z)
+    for (int y = first[1]; y < last[1]; ++y)
+      for (int x = first[0]; x < last[0]; ++x)
+        sum += emission_across(medium, {middle(0, x), middle(1, y), middle(2, z)});
+  const double halves = 8.0 * static_cast<double>(medium.grid->values().cell_count());
+  return sum * static_cast<float>(1 / halves);
+}
+
+/// A cube around the scene.
+Box3 box_around(const Geometry& geometry) {
+  const Box3 bounds = geometry.bounds();
+  const float side = length(bounds.diagonal());
+  const Vec3 half{side, side, side};
+  return {bounds.center() - half, bounds.center() + half};
+}
+
+/// The box of the surfaces that name a medium; of all surfaces if those are outside of it only; a cube around the scene
+/// for the ambient medium.
+Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, const Geometry& geometry,
+               std::uint32_t ambient) {
+  if (medium == ambient) return box_around(geometry);
+  Box3 box;
+  bool is_inside = false;
+  for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
+    const Material& m = materials[geometry.material_of(t)];
+    if (m.inside != medium && m.outside != medium) continue;
+    is_inside |= m.inside == medium;
+    for (const Vec3 corner : geometry.corners(t)) box.grow(corner);
+  }
+  return is_inside || box.empty() ? box : geometry.bounds();
+}
+
+}  // namespace
+
+MediumEmission::MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region)
+    : medium_(index), box_(medium.bounds.value_or(region)) {
+  if (medium.bounds) to_scene_ = inverse(medium.to_medium);
+  volume_ = box_.empty() ? 0 : volume_of(box_) * std::abs(to_scene_.determinant());
+  std::vector<RGB> parts;  // mean emission of each block times its share of the box
+  if (medium.grid) {
+    const std::array<int, 3>& blocks = medium.grid->blocks();
+    parts.resize(static_cast<std::size_t>(blocks[0] * blocks[1] * blocks[2]));
+    parallel_for_each(parts.size(), 64, [&](std::size_t i) {
+      parts[i] = emission_of_block(medium, block(medium, static_cast<std::uint32_t>(i)));
+    });
+  } else {
+    parts.push_back(emission_across(medium, {}));
+  }
+  std::vector<float> weights;
+  for (const RGB& part : parts) {
+    power_ += part * (4 * kPi * volume_);
+    weights.push_back(luminance(part));
+  }
+  blocks_ = Distribution1D(weights);
+}
+
+Box3 MediumEmission::block(const Medium& medium, std::uint32_t index) const {
+  if (!medium.grid) return {{0, 0, 0}, {1, 1, 1}};
+  const std::array<int, 3>&blocks = medium.grid->blocks(), &size = medium.grid->values().size;
+  const auto i = static_cast<int>(index);
+  const std::array<int, 3> place{i % blocks[0], i / blocks[0] % blocks[1], i / (blocks[0] * blocks[1])};
+  Box3 out;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int first = place[axis] * medium.grid->cells_per_block();
+    const int last = std::min(first + medium.grid->cells_per_block(), size[axis]);
+    out.min[static_cast<int>(axis)] = static_cast<float>(first) / static_cast<float>(size[axis]);
+    out.max[static_cast<int>(axis)] = static_cast<float>(last) / static_cast<float>(size[axis]);
+  }
+  return out;
+}
+
+MediumEmission::Start MediumEmission::sample(const Medium& medium, Vec3 u) const {
+  const Distribution1D::Sample chosen = blocks_.sample(u.x);
+  const Box3 part = block(medium, chosen.index);
+  const Vec3 at = place_in(part, {chosen.remapped, u.y, u.z});
+  return {to_scene_.point(place_in(box_, at)),
+          emission_across(medium, at) * (4 * kPi * volume_ * volume_of(part) / chosen.probability)};
+}
+
+std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media,
+                                                const std::vector<Material>& materials, const Geometry& geometry,
+                                                std::uint32_t ambient) {
+  std::vector<MediumEmission> out;
+  for (std::uint32_t i = 0; i < media.size(); ++i) {
+    const Medium& m = media[i];
+    if (!emits(m)) continue;
+    const MediumEmission emission(i, m, m.bounds ? Box3() : region_of(i, materials, geometry, ambient));
+    if (!is_black(emission.power())) out.push_back(emission);
+  }
+  return out;
+}
+
+}  // namespace glowworm
