@@ -11,7 +11,7 @@ from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parent
 # What the module starts, beside it.
-COMPANIONS = ["bin/glowworm-reader", "bin/glowworm-assimp"]
+COMPANIONS = ["bin/glowworm-reader", "bin/glowworm-assimp", "bin/glowworm-openvdb"]
 
 
 class CMakeBuild(build_ext):
@@ -23,7 +23,7 @@ class CMakeBuild(build_ext):
         if not (build / "build.ninja").exists():
             configure += ["-DCMAKE_BUILD_TYPE=Release", "-DGLOWWORM_BUILD_TESTS=OFF", "-DGLOWWORM_BUILD_BENCHMARKS=OFF"]
         subprocess.run(configure, check=True)
-        targets = ["glowworm_python", "glowworm_reader", "glowworm_assimp"]
+        targets = ["glowworm_python", "glowworm_reader", "glowworm_assimp", "glowworm_openvdb"]
         subprocess.run(["cmake", "--build", build, "--target", *targets], check=True)
         target = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve()
         target.parent.mkdir(parents=True, exist_ok=True)

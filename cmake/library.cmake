@@ -40,7 +40,7 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/glowworm DESTINATION ${CMAKE_INSTA
 install(TARGETS glowworm RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS glowworm_mpi glowworm_ocio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/glowworm)
 set_target_properties(glowworm PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/glowworm")
-install(TARGETS glowworm_reader glowworm_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/glowworm)
+install(TARGETS glowworm_reader glowworm_assimp glowworm_openvdb RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/glowworm)
 
 configure_package_config_file(${CMAKE_SOURCE_DIR}/cmake/glowwormConfig.cmake.in ${CMAKE_BINARY_DIR}/lib/glowwormConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/glowworm PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)

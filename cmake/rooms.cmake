@@ -8,6 +8,7 @@ function(glowworm_room name)
   list(FILTER sources EXCLUDE REGEX "/image/ocio/")            # a module of its own
   list(FILTER sources EXCLUDE REGEX "/share/mpi/")             # another module
   list(FILTER sources EXCLUDE REGEX "/import/assimp/reader/")  # another program
+  list(FILTER sources EXCLUDE REGEX "/import/openvdb/reader/") # a third
   list(TRANSFORM ROOM_USES PREPEND glowworm_)
   if(sources)
     add_library(glowworm_${name} STATIC ${sources})

@@ -97,7 +97,7 @@ TEST_F(NanoVdbTest, LeavesTilesAndTheMapAreRead) {
     const std::string path = write("grid.nvdb", file_of(GridBytes().bytes(), "density", packed));
     EXPECT_TRUE(has_nanovdb_grid(path, "density", budget));
     EXPECT_FALSE(has_nanovdb_grid(path, "temperature", budget));
-    const NanoVdbGrid grid = read_nanovdb(path, "density", budget);
+    const VoxelGrid grid = read_nanovdb(path, "density", budget);
     EXPECT_EQ(grid.first, (std::array<int, 3>{-9, -1, -1}));
     EXPECT_EQ(grid.size, (std::array<int, 3>{18, 10, 10}));
     for (int x = -9; x < 9; ++x)

@@ -17,11 +17,11 @@
 #include "core/memory_budget.h"
 #include "core/parallel.h"
 #include "import/assimp/hand_over.h"
-#include "import/assimp/process.h"
 #include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/notes.h"
 #include "import/phong.h"
+#include "import/reader_process.h"
 #include "import/texture_cache.h"
 
 namespace glowworm {
@@ -176,32 +176,16 @@ class ForeignBuilder {
   std::vector<std::uint32_t> emissions_;  ///< for each material
 };
 
-/// Maximum memory of the process for a file, bytes: what programs and libraries take, and what a file of that size can
-/// become. A damaged one may ask for any amount.
-std::uint64_t memory_limit(const MemoryBudget& budget, std::uint64_t file_bytes) {
-  constexpr std::uint64_t kOfProgram = std::uint64_t{1} << 30;
-  constexpr std::uint64_t kMostExpansion = 1032;  // of deflate, by which some formats are compressed
-  const std::uint64_t half = physical_memory_bytes() / 2;
-  const std::uint64_t most = kOfProgram + std::min(file_bytes, half / kMostExpansion) * kMostExpansion;
-  return std::min({most, half, budget.limit() > 0 ? budget.limit() : half});
-}
-
 }  // namespace
 
 SceneDescription load_assimp(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin,
                              const ChildLimits& limits) {
-  std::error_code error;
-  const std::string program =
-      options.assimp_program.empty() ? find_companion("glowworm-assimp") : options.assimp_program;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  const std::uint64_t file_bytes = error ? 0 : size;
-  const std::uint64_t mebibytes = std::min<std::uint64_t>(file_bytes >> 20, 100000);
-  ChildLimits used = limits;
-  if (used.memory_bytes == 0) used.memory_bytes = memory_limit(*options.budget, file_bytes);
-  if (used.cpu_seconds == 0) used.cpu_seconds = 60 + 2 * static_cast<unsigned>(mebibytes);
-  if (used.clock_seconds == 0) used.clock_seconds = 10 * used.cpu_seconds;
+  const ReaderProgram program{"glowworm-assimp", "Assimp",
+                              "Open it in the program that wrote it and export it again, as glTF if possible.",
+                              options.assimp_program};
   Reservation held(*options.budget, "scene files", 0);
-  return build_assimp_scene(run_assimp(path, program, used, held), path, options, origin);
+  const std::string bytes = run_reader(program, path, {}, limits_for(path, *options.budget, limits), held);
+  return build_assimp_scene(bytes, path, options, origin);
 }
 
 SceneDescription build_assimp_scene(std::string_view bytes, const std::string& path, const ImportOptions& options,

@@ -13,10 +13,7 @@ namespace glowworm {
 
 /// Reads a file by the program glowworm-assimp. Throws Error with the file, its format and the cause if that program
 /// crashes, reaches a limit or returns invalid data; Cancelled as check_cancelled() does; otherwise as load_scene().
-/// @param limits zeros stand for defaults: memory_bytes, of the address space and the result, for a GiB plus a thousand
-/// bytes for each of the file, but at most the limit of the loading budget and half of the machine's memory;
-/// cpu_seconds for a minute plus two seconds per MiB of the file; clock_seconds for ten times as many, because machines
-/// are shared
+/// @param limits zeros stand for defaults (limits_for())
 /// @param origin is subtracted from all positions; read_near() finds it
 SceneDescription load_assimp(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin,
                              const ChildLimits& limits = {});

@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <set>
@@ -121,7 +120,7 @@ std::string_view grid_bytes(const Bytes& file, const Entry& entry, std::string& 
 /// Copies the values of a grid's tree into its dense box.
 class TreeReader {
  public:
-  TreeReader(const Bytes& grid, NanoVdbGrid& out) : grid_(grid), out_(out) {}
+  TreeReader(const Bytes& grid, VoxelGrid& out) : grid_(grid), out_(out) {}
 
   /// Sets the box that the values need.
   void measure() {
@@ -225,7 +224,7 @@ class TreeReader {
   }
 
   const Bytes& grid_;
-  NanoVdbGrid& out_;
+  VoxelGrid& out_;
   std::uint64_t root_ = 0;
   float background_ = 0;
 };
@@ -242,27 +241,7 @@ TransformDouble map_of(const Bytes& grid) {
 
 }  // namespace
 
-float NanoVdbGrid::at(Vec3d at) const {
-  std::array<int, 3> cell{};
-  std::array<double, 3> share{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double x = at[static_cast<int>(axis)] - first[axis];
-    if (!(x >= 0 && x < size[axis] - 1)) return 0;
-    cell[axis] = static_cast<int>(x);
-    share[axis] = x - cell[axis];
-  }
-  double sum = 0;
-  for (int i = 0; i < 8; ++i) {
-    const int x = i & 1, y = (i >> 1) & 1, z = i >> 2;
-    const auto line = static_cast<std::size_t>(cell[2] + z) * static_cast<std::size_t>(size[1]) +
-                      static_cast<std::size_t>(cell[1] + y);
-    const double weight = (x ? share[0] : 1 - share[0]) * (y ? share[1] : 1 - share[1]) * (z ? share[2] : 1 - share[2]);
-    sum += weight * double{values[line * static_cast<std::size_t>(size[0]) + static_cast<std::size_t>(cell[0] + x)]};
-  }
-  return static_cast<float>(sum);
-}
-
-NanoVdbGrid read_nanovdb(const std::string& path, const std::string& name, MemoryBudget& budget) {
+VoxelGrid read_nanovdb(const std::string& path, const std::string& name, MemoryBudget& budget) {
   Reservation held(budget, "grids", 0);
   const std::string text = read_input_file(path, held);
   const Bytes file(text, path);
@@ -275,7 +254,7 @@ NanoVdbGrid read_nanovdb(const std::string& path, const std::string& name, Memor
       file.fail(fmt::format("grid '{}' is a level set", name), "Convert it to a fog volume.");
     std::string unpacked;
     const Bytes grid(grid_bytes(file, entry, unpacked, held), path);
-    NanoVdbGrid out;
+    VoxelGrid out;
     out.to_world = map_of(grid);
     TreeReader reader(grid, out);
     reader.measure();

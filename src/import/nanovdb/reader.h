@@ -1,28 +1,14 @@
 // Reads grids of NanoVDB files (.nvdb).
 #pragma once
-#include <array>
 #include <string>
-#include <vector>
 
-#include "core/memory_budget.h"
-#include "core/transform_double.h"
+#include "import/voxel_grid.h"
 
 namespace glowworm {
 
-/// A dense box of a sparse grid, with a border of background around its active values.
-struct NanoVdbGrid {
-  std::array<int, 3> first{}, size{};  ///< in the grid's index space
-  std::vector<float> values;           ///< x fastest, then y
-  TransformDouble to_world;            ///< from index space
-
-  /// Interpolates linearly between values; 0 outside. @param at in index space
-  float at(Vec3d at) const;
-};
-
-/// Reads a grid of floats (format version 32; Museth, "NanoVDB", SIGGRAPH 2021 talks), uncompressed or compressed by
-/// zlib. Throws Error, with the names of the file's grids, if it has none of this name, and for other types of values,
-/// level sets, other compression, and damaged files; MemoryError if the box exceeds the budget.
-NanoVdbGrid read_nanovdb(const std::string& path, const std::string& grid, MemoryBudget& budget);
+/// Reads a grid as read_voxel_grid(): of format version 32 (Museth, "NanoVDB", SIGGRAPH 2021 talks), uncompressed or
+/// compressed by zlib.
+VoxelGrid read_nanovdb(const std::string& path, const std::string& grid, MemoryBudget& budget);
 /// Whether a file has a grid of this name.
 bool has_nanovdb_grid(const std::string& path, const std::string& grid, MemoryBudget& budget);
 

@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "core/error.h"
-#include "import/nanovdb/reader.h"
 #include "import/pbrt/cloud.h"
 #include "import/pbrt/colors.h"
 #include "import/pbrt/medium_presets.h"
 #include "import/pbrt/transforms.h"
+#include "import/voxel_grid.h"
 #include "scene/scene_checks.h"
 
 namespace glowworm {
@@ -188,12 +188,12 @@ class MediumBuilder {
     finish(cloud_grid(cloud, *medium_.bounds, *context_.budget));
   }
 
-  /// A grid of a NanoVDB file. The medium's own coordinates count its voxels.
+  /// A grid of a NanoVDB or OpenVDB file. The medium's own coordinates count its voxels.
   void file_grid() {
     coefficients(kOne);
     const std::string path = context_.resolve(parameters_.string("filename", ""), parameters_.place());
     try {
-      NanoVdbGrid read = read_nanovdb(path, parameters_.string("gridname", "density"), *context_.budget);
+      VoxelGrid read = read_voxel_grid(path, parameters_.string("gridname", "density"), *context_.budget);
       const TransformDouble of_voxels = to_scene_ * read.to_world;
       if (!is_invertible(of_voxels)) return parameters_.error("the transform of the grid cannot be inverted", "");
       medium_.to_medium = inverse(of_voxels).relative_to({0, 0, 0});
@@ -215,11 +215,11 @@ class MediumBuilder {
   }
 
   /// Emission by the temperatures of a file, at the cells of its density.
-  void file_temperatures(const std::string& path, const NanoVdbGrid& density, MediumGridValues& grid) {
+  void file_temperatures(const std::string& path, const VoxelGrid& density, MediumGridValues& grid) {
     const std::string name = parameters_.string("temperaturename", "temperature");
     const float scale = parameters_.real("Lescale", 1);
-    if (!has_nanovdb_grid(path, name, *context_.budget)) return black_bodies({}, {}, grid.emission);
-    const NanoVdbGrid read = read_nanovdb(path, name, *context_.budget);
+    if (!has_voxel_grid(path, name, *context_.budget)) return black_bodies({}, {}, grid.emission);
+    const VoxelGrid read = read_voxel_grid(path, name, *context_.budget);
     const TransformDouble map = inverse(read.to_world) * density.to_world;
     std::vector<float> kelvin;
     kelvin.reserve(grid.cell_count());
