@@ -165,6 +165,11 @@ Sensors sensors_of_views(const std::vector<RadianceView>& views, const Scene& sc
   return out;
 }
 
+/// Whether what sensors get is asked for.
+bool measures(const DaylightOptions& o) {
+  return o.sensors.are_given() || !o.output.empty() || !o.metrics.empty() || !o.write_matrix.empty();
+}
+
 /// Rates the views in the hours of a state of the scene; false after a Ctrl-C.
 bool rate_state(const DaylightOptions& o, const ReadScene& scene, const std::vector<RadianceView>& views,
                 std::size_t state, const YearInputs& inputs, std::vector<ViewYear>& out) {
@@ -222,7 +227,7 @@ ColorMatrix matrix_of_year(const Year& year) {
 }
 
 void write_year(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const RatedYear& rated,
-                const DaylightCoefficients& coefficients, const std::vector<ViewYear>& views, OutputFiles& files) {
+                const std::vector<YearState>& states, const std::vector<ViewYear>& views, OutputFiles& files) {
   const auto write = [&](const std::string& name, const auto& text) {
     if (name.empty()) return;
     const bool written = files.write(name, [&] { write_file(name, text()); });
@@ -237,7 +242,7 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
                                               : metrics_csv(rated, o.command_line);
   });
   write(o.dgp, [&] { return glare_csv(views, inputs.model.sky.hours, inputs.occupied, o.command_line); });
-  write(o.write_matrix, [&] { return matrix_text(coefficients.sky, o.command_line); });
+  write(o.write_matrix, [&] { return matrix_text(states.front().coefficients.sky, o.command_line); });
   write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.model.sky), o.command_line); });
   files.throw_if_any_failed();
 }
@@ -269,19 +274,25 @@ int run_daylight(DaylightOptions& o) {
   std::vector<float> relative_error;  // of the first state
   for (std::size_t state = 0; state <= o.shades.size(); ++state) {
     const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, memory_bytes, files);
-    std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
-    if (!here) return kExitSignalled + caught_interrupt();
-    if (state == 0) relative_error = std::move(here->relative_error);
-    states.push_back(std::move(here->state));
+    if (measures(o)) {
+      std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
+      if (!here) return kExitSignalled + caught_interrupt();
+      if (state == 0) relative_error = std::move(here->relative_error);
+      states.push_back(std::move(here->state));
+    }
     if (!rate_state(o, lit, views, state, inputs, rated_views)) return kExitSignalled + caught_interrupt();
   }
-  const Year year = year_of(inputs.model.sky, suns, states, inputs.state_of_hour);
-  const RatedYear rated = rate(o, year, inputs, sensors, zones, *first.plain, states.front(), relative_error);
+  Year year;
+  RatedYear rated;
+  if (measures(o)) {
+    year = year_of(inputs.model.sky, suns, states, inputs.state_of_hour);
+    rated = rate(o, year, inputs, sensors, zones, *first.plain, states.front(), relative_error);
+  }
   for (std::size_t i = 0; i < rated.zones.size(); ++i)
     inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
   for (std::size_t i = 0; i < rated_views.size(); ++i)
     inform(glare_text(i, glare_metrics(rated_views[i].dgp, inputs.occupied)));
-  write_year(o, year, inputs, rated, states.front().coefficients, rated_views, files);
+  write_year(o, year, inputs, rated, states, rated_views, files);
   return 0;
 }
 

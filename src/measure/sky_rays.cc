@@ -42,7 +42,7 @@ SmoothLobes smooth_lobes(const Vertex& vertex) {
   return {{first, last}, 2};
 }
 
-void follow(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::vector<SkyRay>& out) {
+void follow_way(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::vector<SkyRay>& out) {
   const Scene& scene = tracer.scene();
   const Hit hit = tracer.intersect(path.ray, bounces == 0 ? RayOrder::camera : RayOrder::incoherent);
   if (hit.triangle == kNone) {
@@ -54,7 +54,7 @@ void follow(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::
   if (bounces == kMostBounces) return;
   if (is_interface(scene, hit.triangle)) {
     pass_interface(scene, path, hit);
-    follow(tracer, path, way, bounces + 1, out);
+    follow_way(tracer, path, way, bounces + 1, out);
     return;
   }
   Vertex vertex = vertex_at(scene, path.ray, hit);
@@ -67,7 +67,7 @@ void follow(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::
     if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf) || luminance(next.throughput) < kLeastShare) continue;
     SkyRay on = way;
     on.bent |= !lobe.straight;
-    follow(tracer, next, on, bounces + 1, out);
+    follow_way(tracer, next, on, bounces + 1, out);
   }
 }
 
@@ -117,7 +117,7 @@ std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int wid
             static_cast<float>(area * solid_angle_density(camera.kind, angular_plane(camera.kind, way.seen)));
         PathState path;
         path.ray = {ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()};
-        follow(tracer, path, way, 0, of_row[y]);
+        follow_way(tracer, path, way, 0, of_row[y]);
       }
   });
   std::vector<SkyRay> out;

@@ -123,6 +123,13 @@ TEST_F(DaylightTest, RatesViews) {
   EXPECT_GT(morning[0], 0.5);
   EXPECT_LT(evening[0], 0.4);
   EXPECT_GT(evening[0], 0.1);
+  // No sensor is measured for glare alone.
+  const Outcome alone = run({"daylight", "floor.obj", "--epw", "a.epw", "--views", "v.vf", "--dgp", "h.csv", "--side",
+                             "24", "--photons", "100000"});
+  ASSERT_EQ(alone.status, 0) << alone.err;
+  EXPECT_THAT(alone.err, testing::Not(testing::HasSubstr("rounds in")));
+  const auto rows = [](const std::string& text) { return text.substr(text.find("\nmonth")); };
+  EXPECT_EQ(rows(read(path("h.csv"))), rows(table));
   for (const char* hour : {"8", "13", "17"})
     EXPECT_NEAR(numbers(table, hour)[1] / numbers(sensors, hour)[0], 1, 0.06) << hour;
 }
