@@ -1,5 +1,8 @@
 #include "bsdf/bsdf.h"
 
+#include <cstddef>
+#include <iterator>
+
 #include "bsdf/component.h"
 #include "bsdf/measured.h"
 #include "core/warp.h"
@@ -13,34 +16,28 @@ Vec3 mirrored(Vec3 w, bool below) { return below ? Vec3{w.x, w.y, -w.z} : w; }
 
 View view_of(const Bsdf& bsdf, Vec3 wo, Lobes lobes) { return {bsdf, wo.z < 0, mirrored(wo, wo.z < 0), lobes}; }
 
+/// What a kind of BSDF is made of, and its values.
+struct Model {
+  void (*components)(const View& view, Components& out);
+  void (*evaluate)(const View& view, std::span<const Vec3> wi, std::span<RGB> out);
+};
+constexpr Model kModels[] = {
+    {lambertian_components, evaluate_lambertian},
+    {conductor_components, evaluate_conductor},
+    {dielectric_components, evaluate_dielectric},
+    {thin_dielectric_components, [](const View&, std::span<const Vec3>, std::span<RGB> out) { fill_black(out); }},
+    {coated_diffuse_components, evaluate_coated_diffuse},
+    {coated_conductor_components, evaluate_coated_conductor},
+    {metallic_roughness_components, evaluate_metallic_roughness},
+    {measured_components, evaluate_measured},
+};
+static_assert(std::size(kModels) == static_cast<std::size_t>(BsdfKind::measured) + 1);
+
+const Model& model_of(const View& view) { return kModels[static_cast<std::size_t>(view.bsdf.kind)]; }
+
 Components all_components(const View& view) {
   Components all;
-  switch (view.bsdf.kind) {
-    case BsdfKind::lambertian:
-      lambertian_components(view, all);
-      break;
-    case BsdfKind::conductor:
-      conductor_components(view, all);
-      break;
-    case BsdfKind::dielectric:
-      dielectric_components(view, all);
-      break;
-    case BsdfKind::thin_dielectric:
-      thin_dielectric_components(view, all);
-      break;
-    case BsdfKind::coated_diffuse:
-      coated_diffuse_components(view, all);
-      break;
-    case BsdfKind::coated_conductor:
-      coated_conductor_components(view, all);
-      break;
-    case BsdfKind::metallic_roughness:
-      metallic_roughness_components(view, all);
-      break;
-    case BsdfKind::measured:
-      measured_components(view, all);
-      break;
-  }
+  model_of(view).components(view, all);
   return all;
 }
 
@@ -67,27 +64,6 @@ RGB sum_of_albedos(const View& view, Counts counts) {
   for (int i = 0; i < components.count; ++i)
     if (counts(components.list[i])) sum += components.list[i].albedo;
   return sum;
-}
-
-void evaluate_view(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
-  switch (view.bsdf.kind) {
-    case BsdfKind::lambertian:
-      return evaluate_lambertian(view, wi, out);
-    case BsdfKind::conductor:
-      return evaluate_conductor(view, wi, out);
-    case BsdfKind::dielectric:
-      return evaluate_dielectric(view, wi, out);
-    case BsdfKind::thin_dielectric:
-      return fill_black(out);
-    case BsdfKind::coated_diffuse:
-      return evaluate_coated_diffuse(view, wi, out);
-    case BsdfKind::coated_conductor:
-      return evaluate_coated_conductor(view, wi, out);
-    case BsdfKind::metallic_roughness:
-      return evaluate_metallic_roughness(view, wi, out);
-    case BsdfKind::measured:
-      return evaluate_measured(view, wi, out);
-  }
 }
 
 float mixed_pdf(const Components& components, Vec3 wo, Vec3 wi) {
@@ -162,7 +138,8 @@ IsotropicReflection isotropic_reflection(const Bsdf& bsdf, float cosine_o) {
 
 void evaluate_batch(const Bsdf& bsdf, Vec3 wo, std::span<const Vec3> wi, Lobes lobes, std::span<RGB> out) {
   if (wo.z == 0) return fill_black(out);
-  evaluate_view(view_of(bsdf, wo, lobes), wi, out);
+  const View view = view_of(bsdf, wo, lobes);
+  model_of(view).evaluate(view, wi, out);
 }
 
 float pdf(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes) {
@@ -204,7 +181,7 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
     out.pdf = mixed_pdf(components, view.wo, wi);
     if (!(out.pdf > 0) || !std::isfinite(out.pdf)) return out;
     RGB f;
-    evaluate_view(view, {&out.wi, 1}, {&f, 1});
+    model_of(view).evaluate(view, {&out.wi, 1}, {&f, 1});
     out.weight = f * (std::abs(wi.z) / out.pdf);
     if (wi.z < 0 && transport == Transport::flux) out.weight *= c.eta * c.eta;
   }

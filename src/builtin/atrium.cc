@@ -148,33 +148,29 @@ SceneDescription make_atrium(const char* name, const Detail& detail) {
 }  // namespace
 
 SceneDescription builtin_atrium() {
-  Detail detail;
-  detail.column = {16, 3};
-  detail.baluster = {8, 2};
-  detail.urn = {24, 4};
-  detail.arch_segments = 16;
-  detail.vault_cells = 6;
-  detail.curtain_cells = 6;
-  detail.tile_segments = 3;
-  detail.sphere_segments = 24;
-  detail.tile_cuts = 1;
-  detail.ornaments = false;
-  return make_atrium("atrium", detail);
+  return make_atrium("atrium", {.column = {16, 3},
+                                .baluster = {8, 2},
+                                .urn = {24, 4},
+                                .arch_segments = 16,
+                                .vault_cells = 6,
+                                .curtain_cells = 6,
+                                .tile_segments = 3,
+                                .sphere_segments = 24,
+                                .tile_cuts = 1,
+                                .ornaments = false});
 }
 
 SceneDescription builtin_atrium_large() {
-  Detail detail;
-  detail.column = {64, 10};
-  detail.baluster = {20, 6};
-  detail.urn = {96, 16};
-  detail.arch_segments = 48;
-  detail.vault_cells = 20;
-  detail.curtain_cells = 16;
-  detail.tile_segments = 8;
-  detail.sphere_segments = 96;
-  detail.tile_cuts = 3;
-  detail.ornaments = true;
-  return make_atrium("atrium-large", detail);
+  return make_atrium("atrium-large", {.column = {64, 10},
+                                      .baluster = {20, 6},
+                                      .urn = {96, 16},
+                                      .arch_segments = 48,
+                                      .vault_cells = 20,
+                                      .curtain_cells = 16,
+                                      .tile_segments = 8,
+                                      .sphere_segments = 96,
+                                      .tile_cuts = 3,
+                                      .ornaments = true});
 }
 
 }  // namespace glowworm
