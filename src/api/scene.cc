@@ -106,7 +106,7 @@ Scene Scene::load(const std::string& path, const LoadOptions& options) {
   SceneDescription description = load_scene(path, reading);
   const std::size_t own = description.geometry.triangles.size();
   change_scene(description, changes, reading.budget);
-  // Triangles that were added, as of luminous openings, come before those of instances.
+  // Triangles that were added, as of luminous openings, come before instances.
   if (!description.geometry.instances.empty())
     for (GltfPart& part : reading.gltf_parts->parts)
       if (part.first_triangle >= own)

@@ -20,7 +20,7 @@ float uv_area(const std::array<Vec2, 3>& c) {
   return 0.5f * std::abs((c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x));
 }
 
-/// Whether an object has coordinates of its own; those of the others of a scene are (0, 0).
+/// Whether an object has coordinates of its own; others have (0, 0).
 bool has_coordinates(const Geometry& geometry, std::span<const BakeFace> faces, const Chart& chart) {
   if (geometry.second_uvs.empty()) return false;
   return std::any_of(chart.faces.begin(), chart.faces.end(), [&](std::uint32_t f) {

@@ -15,7 +15,7 @@ struct Facets {
 
 /// Values of Boundary for light from one direction.
 using BoundaryShares = std::array<float, static_cast<std::size_t>(Boundary::count)>;
-/// @param eta index of the denser side over that of the other
+/// @param eta relative index of the denser side
 BoundaryShares integrate_boundary(Facets facets, Place at, float eta);
 
 /// Values of SchlickCurves and MirrorCurve: scale, bias, scale_out, bias_out, all.

@@ -7,7 +7,7 @@
 // that leaves the base (R: internal reflectance of the boundary for diffuse light, with absorption), and
 //   f = rho / (pi eta^2) A(wo) A(wi) (1 + rho R + (rho R)^2 + ...).
 // This is exact, for smooth and rough coats, as far as A and R are. They are tabulated, and their absorption is
-// that of a smooth boundary.
+// the value of a smooth boundary.
 //
 // Conductor: f = A(wo) A(wi) / eta^2 [F D G / (4 cos cos)](wo', wi'), with directions refracted by the smooth boundary,
 // is exact for a smooth coat and one reflection at the base. A rough coat spreads light on entry and exit, which is

@@ -51,7 +51,7 @@ struct Component {
   Lobes lobe = 0;                   ///< one bit
   bool inside = false;              ///< measured shapes: wo is behind the surface
   Microfacet microfacet{0, 0};      ///< rough shapes
-  float eta = 1;                    ///< index of the side below over that of the side of wo, where light bends
+  float eta = 1;                    ///< index of the side below over the index of the side of wo, where light bends
   float reflect = 1, transmit = 1;  ///< rough_dielectric: mean tints
   RGB albedo;             ///< share of the light scattered, exact for deltas (radiance of `refraction`: unscaled)
   float probability = 0;  ///< of choosing this component among the given lobes' components

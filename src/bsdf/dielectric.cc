@@ -29,7 +29,7 @@ struct MultipleGlass {
     passed = over_mean(passing, mean_near);
     reflected = 1 - passed;
     reflection = kInversePi * reflected;
-    // Radiance is scaled by the squared index of the viewer's side over that of the other.
+    // Radiance is scaled by the squared relative index of the viewer's side.
     transmission = kInversePi * passing / (eta * eta);
   }
 };

@@ -9,7 +9,7 @@
 namespace glowworm::bsdf_detail {
 
 /// Reflectance of a dielectric boundary for unpolarised light (Born and Wolf, "Principles of Optics", section 1.5.2).
-/// @param eta index of the far side over that of the near side
+/// @param eta index of the far side over the index of the near side
 inline float fresnel_dielectric(float cos_i, float eta) {
   cos_i = std::clamp(cos_i, 0.0f, 1.0f);
   const float sin2_t = (1 - cos_i * cos_i) / (eta * eta);

@@ -56,7 +56,7 @@ struct MultipleTransmission {
       passed_share[c] = layers.transmitted[c] * over_mean(passing, mean_near[c]);
       reflected_share[c] = weight * (1 - over_mean(passing, mean_near[c]));
       reflection[c] = kInversePi * reflected_share[c];
-      // Radiance is scaled by the squared index of the viewer's side over that of the other.
+      // Radiance is scaled by the squared relative index of the viewer's side.
       transmission[c] = layers.transmitted[c] * kInversePi * passing;
       if (layers.refracts) transmission[c] /= layers.eta * layers.eta;
     }

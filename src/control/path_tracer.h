@@ -1,4 +1,4 @@
-// The path tracer, the reference for photon mapping. It is unbiased but for one kind of light: that of lights without
+// The path tracer, the reference for photon mapping. It is unbiased but for one kind of light: from lights without
 // size which a mirror or glass bends. No path from the viewer meets such a light, and shadow rays end at the surface
 // that bends it. Photons bring it, looked up at each broad bounce; a render with new photons and smaller radii for each
 // sample converges to it, too.

@@ -87,7 +87,7 @@ class FirstFailure {
 
  private:
   // Pieces must run with the floating-point settings of the thread that starts the loop. Without this flag they would
-  // use those of the thread that first used TBB; Embree does so with denormal numbers switched off.
+  // use the settings of the thread that first used TBB; Embree does so with denormal numbers switched off.
   tbb::task_group_context context_{tbb::task_group_context::bound,
                                    tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings};
   std::atomic_flag taken_ = ATOMIC_FLAG_INIT;

@@ -27,7 +27,7 @@ struct Scratch {
   BatchShader shader;
   std::uint64_t tested = 0, operations = 0;
 
-  // The last query point: its k nearest photons also bound those of a neighbour with the same normal.
+  // The last query point: its k nearest photons also bound the search of a neighbour with the same normal.
   Vec3 last_position, last_normal;
   float last_radius = std::numeric_limits<float>::infinity();
 };

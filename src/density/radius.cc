@@ -45,7 +45,7 @@ struct Moments {
 
   /// The area of a square with the photons' covariance C in the plane normal to m: 12 sqrt(det). It is close to the
   /// area of any compact shape that they cover evenly (4 pi / 12 for a disc). The determinant in the plane is m^T
-  /// adj(C) m; that of n points is too small by a factor (n - 2) / (n - 1) on average (Wishart distribution).
+  /// adj(C) m; its estimate from n points is too small by a factor (n - 2) / (n - 1) on average (Wishart distribution).
   double area(Vec3 m) const {
     if (n < 3) return 0;
     const double inverse = 1 / n, unbiased = 1 / (n - 1);

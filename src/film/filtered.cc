@@ -48,7 +48,7 @@ FilterGuides guides_of(const Film& film, Layer layer) {
     guides.normal[i] = {n.r, n.g, n.b};
     guides.depth[i] = film.depth(i);
     // A pixel that sees two surfaces has nearly all its noise in indirect light. Its direct light depends on the share
-    // of each surface, and beside a light its albedo is that of both.
+    // of each surface, and beside a light its albedo is a mix of both.
     constexpr float kPure = 0.95f;
     if (length_squared(guides.normal[i]) < kPure && (layer == Layer::direct || !is_black(film.mean(Layer::emitted, i))))
       guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
@@ -103,7 +103,7 @@ void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   });
 }
 
-/// Variance of the luminance of a pixel's mean beside that of direct and indirect light, as at edges of surfaces.
+/// Variance of the luminance of a pixel's mean without direct and indirect light, as at edges of surfaces.
 /// Surface samples reduce it. A light that a pixel sees counts as one of even radiance that a share of the samples
 /// meet. To be multiplied by gain_of_strata().
 /// @param other variance by the spread of the camera samples
@@ -118,7 +118,7 @@ float variance_beside_light(const Film& film, std::size_t pixel, float other) {
   return level * level * share * (1 - share) / (kSurfaceSamples * samples) + std::min(other, caustic * caustic);
 }
 
-/// Ratio of the variance of a pixel's stratified samples to that of independent ones where it comes from edges:
+/// Ratio of the variances of a pixel's stratified and independent samples where they come from edges:
 /// n^(-1/d) for n samples and edges in d dimensions (Mitchell, as in filter/light_filter.cc). Edges of surfaces have
 /// two; the choice of reflection or refraction, through which caustics are seen, adds two more.
 float gain_of_strata(const Film& film, std::size_t pixel) {

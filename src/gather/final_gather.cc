@@ -17,7 +17,7 @@ namespace glowworm {
 
 namespace {
 
-/// Least radius of the spot that rays of a narrow lobe may meet, over that of photons. An estimate has the noise of
+/// Least radius of the spot that rays of a narrow lobe may meet, in radii of photons. An estimate has the noise of
 /// some fifty photons, which rays average if they spread over several discs.
 constexpr float kSpotRadii = 3;
 

@@ -42,7 +42,7 @@ struct LitPrimitive {
   std::size_t mesh = 0, primitive = 0;
 };
 
-/// Key of a material: that of the source (-1: none), layer of light, whether the back is hidden, set of coordinates.
+/// Key of a material: the source's (-1: none), layer of light, whether the back is hidden, set of coordinates.
 using MaterialKey = std::tuple<int, int, bool, int>;
 
 /// A member that is an index; -1 where there is none.
@@ -236,7 +236,7 @@ class GltfWriter {
         add_face(back, corners, part.mirrored, two ? Shown::back : Shown::both, two ? turned : own, groups);
       ++t;
     }
-    // Their entries are those of `own`, but the first layer may be of backs alone.
+    // Their entries equal `own`, but the first layer may be of backs alone.
     const auto front =
         std::find_if(groups.begin(), groups.end(), [](const auto& group) { return group.first.second != Shown::back; });
     if (front != groups.end()) front->second.insert(front->second.end(), dark.begin(), dark.end());
@@ -346,7 +346,7 @@ class GltfWriter {
       for (auto i = list->begin(); i != list->end();) i = i.key().starts_with("COLOR_") ? list->erase(i) : std::next(i);
   }
 
-  /// The light of vertices as colours, times those of the file. @param accessor of these; -1: none
+  /// The light of vertices as colours, times the file's colours. @param accessor of these; -1: none
   int add_colors(int accessor, const LitVertices& vertices, const AttributeWriter& writer) {
     const std::size_t components = accessor < 0 ? 3 : writer.components("COLOR_0", accessor);
     std::vector<float> own, out;

@@ -49,7 +49,7 @@ class LitVertices {
   bool unchanged_ = true;
 };
 
-/// Attributes of a primitive, and those of its morph targets, which no file compresses by Draco, for other vertices.
+/// Attributes of a primitive and of its morph targets, which no file compresses by Draco, for other vertices.
 class AttributeWriter {
  public:
   AttributeWriter(const GltfDocument& document, int mesh, std::size_t primitive, GlbFile& file);

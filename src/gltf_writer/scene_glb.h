@@ -22,7 +22,7 @@ TexelLight quantity_of(BakeFormat format);
 /// That quantity in the file of a scene of this origin, or null, as BakeNotes::gltf.
 ShownLight shown_light(BakeFormat format, const GltfParts* gltf);
 
-/// What codes of a format should hold. Unlit colours and those of vertices end at 1.
+/// What codes of a format should hold. Unlit colours and colours of vertices end at 1.
 /// @param exposure stops
 /// @param scene and layout: must outlive the result
 LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat format, float exposure);

@@ -52,7 +52,7 @@ HWY_INLINE Bits curve(Bits x, Bits y) {
   return hn::Or(hn::ShiftLeft<1>(spread(hn::Xor(x, turned))), spread(hn::Xor(y, turned)));
 }
 
-/// The slab, curve and group bits of a vector's keys. The group is that of Lambertian points.
+/// The slab, curve and group bits of a vector's keys. The group is for Lambertian points.
 HWY_INLINE Bits place_on_surface(const FloatVector* n, const Bits* fine) {
   const U u;
   const FloatVector of_x = hn::Abs(n[0]), of_y = hn::Abs(n[1]), of_z = hn::Abs(n[2]);

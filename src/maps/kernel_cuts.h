@@ -20,7 +20,7 @@ class NearbyWalls {
   bool empty() const { return walls_.empty(); }
   /// Whether a triangle is part of a wall that cuts() has found.
   bool cuts_at(std::uint32_t triangle) const;
-  /// The half-spaces that bound a kernel: those of the nearest wall, and of the nearest wall on this side of it. A wall
+  /// The half-spaces that bound a kernel: of the nearest wall, and of the nearest wall on this side of it. A wall
   /// counts if it spans the kernel: light passes beside legs of chairs and through doors.
   /// @param position, radius metres
   std::array<KernelCut, 2> cuts(Vec3 position, float radius);

@@ -121,7 +121,7 @@ class VolumeMapsBuilder {
   }
 
  private:
-  /// The blur of a beam has one dimension, that of a point two.
+  /// The blur of a beam has one dimension; the blur of a point has two.
   float beam_scale() const { return inputs_.radius_scale * inputs_.radius_scale; }
 
   /// The flux of a group's photons.

@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 constexpr const char* kImporterRemedy = "The scene file is inconsistent; export it again.";
-/// Maximum cost of one texture lookup, in nodes: far above that of real textures, and low enough not to hang.
+/// Maximum cost of one texture lookup, in nodes: far above real textures, and low enough not to hang.
 constexpr double kMaximalTextureCost = 4096;
 constexpr int kMaximalTextureDepth = 256;
 /// Mean number of times that light may scatter on its way out of a medium, and so a bound on a path's work.

@@ -18,7 +18,7 @@ namespace glowworm {
 using TriangleList = std::vector<std::uint32_t>;
 
 /// Numbers of Embree's geometries: opaque triangles, triangles that rays may pass (Scene::has_alpha, is_pane, and
-/// LampsInPlanes), and the same for triangles that follow() may move; then that of all instances.
+/// LampsInPlanes), and the same for triangles that follow() may move; then all instances.
 inline constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4, kInstances = 4;
 
 /// The structure of a mesh that instances place, in its own space. Its geometries have the first two numbers.

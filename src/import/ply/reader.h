@@ -13,7 +13,7 @@ namespace glowworm {
 
 /// The mesh of a PLY file: vertices and triangles. Quadrilaterals are split along their shorter diagonal, or at a
 /// reflex corner; larger faces by cut_polygon(). There is one normal and one texture vertex per vertex, or none. Faces
-/// with texture coordinates at their corners have vertices of their own, after those of the file, which they leave
+/// with texture coordinates at their corners have vertices of their own, after the file's, which they leave
 /// unused.
 struct PlyMesh : Geometry {
   std::size_t quads = 0;               ///< number of faces with four corners

@@ -39,7 +39,7 @@ struct RadModifier {
 /// Models, by the Radiance reference manual and its normal.c and glass.c: plastic, metal and trans keep their shares of
 /// diffuse and specular light. Ward's roughness is the alpha of GGX, which gives lobes the same peak, though GGX has
 /// longer tails. Specular light of smooth ones grows towards grazing angles as Schlick has it, in place of Radiance's
-/// estimate; that of rough plastic does not grow in either. Glass is a pane of the given transmissivity.
+/// estimate; rough plastic does not grow in either. Glass is a pane of the given transmissivity.
 class RadMaterials {
  public:
   /// @param read_file the text of a file that a line names
