@@ -58,11 +58,13 @@ class GlassSurfaces {
 
   /// The triangles of slabs.
   std::vector<std::uint32_t> slabs() const {
-    // Thickness over the root of the area of a side.
-    constexpr double kThickest = 0.1;
+    // Thickness over the root of the area of a side; and the area that a closed surface shows to any side over its own,
+    // which is 0. Bent sheets whose borders lie at walls show nearly all.
+    constexpr double kThickest = 0.1, kMostOpen = 0.5;
     return triangles_of([](const Surface& surface) {
       const double side = surface.area / 2;
-      return !surface.is_sheet && std::abs(surface.volume) / side <= kThickest * std::sqrt(side);
+      return !surface.is_sheet && length(surface.normal) <= kMostOpen * surface.area &&
+             std::abs(surface.volume) / side <= kThickest * std::sqrt(side);
     });
   }
 

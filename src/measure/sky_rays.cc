@@ -58,7 +58,9 @@ void follow_way(const Tracer& tracer, PathState path, SkyRay way, int bounces, s
     return;
   }
   Vertex vertex = vertex_at(scene, path.ray, hit);
-  resolve_material(scene, vertex, path.throughput, [] { return 0.5f; });
+  // Colours of dispersive glass are taken together.
+  RGB of_color(1.0f);
+  resolve_material(scene, vertex, of_color, [] { return 0.5f; });
   if (!vertex.has(kSharp)) return;
   const SmoothLobes lobes = smooth_lobes(vertex);
   for (std::size_t i = 0; i < lobes.count; ++i) {
@@ -89,7 +91,7 @@ GlareSource source_of(Vec3 seen, double luminance, double solid_angle) {
 
 /// An image of the sun in a mirror.
 struct SunImage {
-  Vec3 first;  ///< of its ways
+  Vec3 first, last;  ///< of its ways
   Vec3d seen;
   double solid_angle = 0, flux = 0;
 };
@@ -144,9 +146,10 @@ std::vector<GlareSource> sources_of_sun(const Tracer& tracer, const Camera& came
       return length(cross(image.first, ray.seen)) < kOneImage * radius && dot(image.first, ray.seen) > 0;
     };
     auto image = std::find_if(images.begin(), images.end(), near);
-    if (image == images.end()) image = images.insert(images.end(), {ray.seen, {}, 0, 0});
+    if (image == images.end()) image = images.insert(images.end(), {ray.seen, {0, 0, 0}, {}, 0, 0});
     const double solid_angle = ray.solid_angle * kSunSolidAngle / (M_PI * radius * radius);
-    image->solid_angle += solid_angle;
+    // Several ways of one ray, as by both faces of a pane, show the sun at the same place.
+    if (!(std::exchange(image->last, ray.seen) == ray.seen)) image->solid_angle += solid_angle;
     image->flux += solid_angle * ray.share;
     image->seen = image->seen + Vec3d(ray.seen) * (solid_angle * ray.share);
   }

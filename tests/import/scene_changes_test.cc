@@ -309,6 +309,24 @@ TEST_F(SceneChangesTest, FacesOfClosedPanesAreHalvesOfTheDataSheet) {
   EXPECT_NEAR(straight_transmittance(front_of(house), {0, 0, 1}).g, kTau, 1e-4);
 }
 
+/// An arched skylight, whose borders lie on opaque walls.
+TEST_F(SceneChangesTest, BentSheetsAreNoClosedPanes) {
+  SceneDescription d = glazed();
+  d.geometry = {};
+  d.materials.resize(2);
+  const auto height = [](int i) { return 0.1f * (1 - 0.25f * static_cast<float>((i - 2) * (i - 2))); };
+  for (int i = 0; i < 4; ++i)
+    add_quad(d, {static_cast<float>(i), 0, height(i)}, {1, 0, height(i + 1) - height(i)}, {0, 4, 0});
+  for (const float side : {0.0f, 4.0f}) {
+    add_quad(d, {side, 0, -1}, {0, 4, 0}, {0, 0, 2}, 1);
+    add_quad(d, {0, side, -1}, {4, 0, 0}, {0, 0, 2}, 1);
+  }
+  change_material("glazing,tau=0.7,rho=0.12", d, *loading_budget());
+  const Scene scene(std::move(d));
+  SurfacePoint point = surface_point(scene, 0, {0.3f, 0.3f});
+  EXPECT_NEAR(straight_transmittance(resolve_bsdf(scene, point), {0, 0, 1}).g, 0.7, 1e-4);
+}
+
 TEST_F(SceneChangesTest, BadMaterialTextsAreRefused) {
   for (const char* wrong : {"glazing", "glazing,rho=0.1", "glazing,tau=x", "glazing,tau=1.2", "glazing,tau=0.8,rho=0.3",
                             "glazing,tau=0.95", "glazing,tau=-0.1", "glazing,tau=0.5,0.5", ""})

@@ -145,6 +145,30 @@ TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
   EXPECT_NEAR(suns[1].solid_angle / suns[0].solid_angle, 1, 0.1);
 }
 
+/// The images of the sun in both of two panes on the ground are one, with the light of both.
+TEST(SkyRays, PanesShowOneImageOfTheSun) {
+  const auto images_in = [](int panes) {
+    SceneDescription d;
+    Material glass;
+    glass.kind = MaterialKind::thin_dielectric;
+    glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
+    d.materials = {glass};
+    for (int i = 0; i < panes; ++i) add_quad(d, {-50, -0.01f * static_cast<float>(i), -50}, {0, 0, 100}, {100, 0, 0});
+    const Scene scene(std::move(d));
+    const Tracer tracer(scene);
+    const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
+    const float height = 0.4f;
+    return sources_of_sun(tracer, eye, sky_rays(tracer, eye, 96, 96, 3), {0, std::sin(height), -std::cos(height)},
+                          RGB(2.0f));
+  };
+  const std::vector<GlareSource> one = images_in(1), two = images_in(2);
+  ASSERT_EQ(one.size(), 2u);
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_NEAR(two[1].solid_angle / one[1].solid_angle, 1, 0.02);
+  const double r = one[1].luminance / one[0].luminance;
+  EXPECT_NEAR(two[1].luminance / two[0].luminance, r + (1 - r) * (1 - r) * r / (1 - r * r), 0.02 * r);
+}
+
 /// Both lobes of a pane are followed: straight on, and mirrored.
 TEST(SkyRays, PanesPassAndReflectTheSky) {
   SceneDescription d;
