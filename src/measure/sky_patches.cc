@@ -129,8 +129,7 @@ ColorMatrix light_of_sources(const Job& job, std::size_t sensors, std::size_t fi
 }  // namespace
 
 ColorMatrix sun_matrix(const Job& job, std::size_t sensors, std::size_t suns) {
-  const std::size_t behind = job.scene().environment()->parts->count;
-  return light_of_sources(job, sensors, job.light_groups()->of_source.size() - behind - suns, suns);
+  return light_of_sources(job, sensors, job.scene().first_medium_source() - suns, suns);
 }
 
 ColorMatrix daylight_matrix(const Job& job, std::size_t sensors) {

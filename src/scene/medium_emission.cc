@@ -57,8 +57,8 @@ Box3 box_around(const Geometry& geometry) {
   return {bounds.center() - half, bounds.center() + half};
 }
 
-/// The box of the surfaces that name a medium; of all surfaces if those are outside of it only; a cube around the scene
-/// for the ambient medium.
+/// The box of the surfaces that name a medium; of all surfaces if it is flat or the medium lies outside of it, as
+/// behind the surface of water in a pool whose walls name no media; a cube around the scene for the ambient medium.
 Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, const Geometry& geometry,
                std::uint32_t ambient) {
   if (medium == ambient) return box_around(geometry);
@@ -70,7 +70,7 @@ Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, con
     is_inside |= m.inside == medium;
     for (const Vec3 corner : geometry.corners(t)) box.grow(corner);
   }
-  return is_inside || box.empty() ? box : geometry.bounds();
+  return box.empty() || (is_inside && volume_of(box) > 0) ? box : geometry.bounds();
 }
 
 }  // namespace

@@ -185,11 +185,21 @@ float power_weight(RGB power) {
   return std::max(luminance(power), 0.0f);
 }
 
+/// Media that nothing is filled with, as pbrt files may define, are no lights.
+void darken_unused_media(SceneDescription& d) {
+  for (std::uint32_t i = 0; i < d.media.size(); ++i) {
+    const auto names_it = [&](const Material& m) { return m.inside == i || m.outside == i; };
+    if (i != d.ambient_medium && std::none_of(d.materials.begin(), d.materials.end(), names_it))
+      d.media[i].emission = RGB(0.0f);
+  }
+}
+
 }  // namespace
 
 Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   d_.geometry.number_instances();
   check_description(d_);
+  darken_unused_media(d_);
   normalize_lights(d_);
   origin_ = move_to_origin(d_);
   add_default_camera(d_);

@@ -43,17 +43,30 @@ std::vector<std::byte> packed(Kind kind, const Values&... values) {
 /// Reads a message. Its kind comes first.
 class Unpacker {
  public:
-  explicit Unpacker(const Message& message) : archive_(message.bytes) { transfer_enum(archive_, kind_, Kind::bye); }
+  explicit Unpacker(const Message& message) : from_(message.from), archive_(message.bytes) {
+    read([&] { transfer_enum(archive_, kind_, Kind::bye); });
+  }
 
   Kind kind() const { return kind_; }
   template <typename T>
   T take() {
     T value{};
-    transfer(archive_, value);
+    read([&] { transfer(archive_, value); });
     return value;
   }
 
  private:
+  template <typename F>
+  void read(const F& f) const {
+    try {
+      f();
+    } catch (const InvalidArchive& damage) {
+      throw Error(fmt::format("a message of rank {} is damaged: {}", from_, damage.what()),
+                  "Run one version of the program on all machines.");
+    }
+  }
+
+  int from_;
   ArchiveReader archive_;
   Kind kind_{};
 };

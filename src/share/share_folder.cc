@@ -28,7 +28,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '1'};
+constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '2'};
 
 /// Bytes of a piece that are read at a time.
 constexpr std::uint64_t kReadAtOnce = std::uint64_t{1} << 24;

@@ -112,7 +112,7 @@ TEST_F(OpenVdbTest, ProcessesThatFailAreErrors) {
   };
   EXPECT_THAT(of("kill -SEGV $$"), AllOf(HasSubstr("smoke.vdb"), HasSubstr("OpenVDB"), HasSubstr("crashed")));
   EXPECT_THAT(of("echo nonsense >&3"), HasSubstr("OpenVDB's output is invalid"));
-  EXPECT_THAT(of("sleep 60", {std::uint64_t{1} << 30, 10, 1}), HasSubstr("within 1 s"));
+  EXPECT_THAT(of("exec sleep 60", {std::uint64_t{1} << 30, 10, 1}), HasSubstr("within 1 s"));
 }
 
 TEST(OpenVdbHandOver, AnyBytesGiveAValidAnswerOrAnError) {

@@ -72,6 +72,35 @@ TEST(DaylightMatrix, RowsAddUpToTheLightOfTheWholeSky) {
   EXPECT_NEAR(m.at(0, 145).g, overhead, 0.04 * overhead);
 }
 
+/// A glowing medium above a sensor is no sun.
+TEST(DaylightMatrix, SunsAreApartFromEmissiveMedia) {
+  SceneDescription d;
+  d.materials.resize(2);
+  d.materials[1].inside = 0;
+  d.materials[1].outside = kNone;
+  add_quad(d, {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+  add_quad(d, {-1, 3, -1}, {2, 0, 0}, {0, 0, 2}, 1);
+  add_quad(d, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 1);
+  Medium glow;
+  glow.sigma_a = RGB(1.0f);
+  glow.emission = RGB(10.0f);
+  glow.bounds = Box3{{-1, 2, -1}, {1, 3, 1}};
+  d.media.push_back(glow);
+  const std::vector<Vec3> suns{normalize(Vec3{1, 0.3f, 0}), normalize(Vec3{-1, 0.2f, 0})};
+  const auto lit = std::make_shared<const Scene>(scene_under_suns(Scene(d), suns));
+  Sensors sensors;
+  sensors.add({0, 0.5f, 0}, {0, 1, 0});
+  RenderSettings s;
+  s.samples = 256;
+  s.gather = 1;
+  s.photons = 5'000;
+  const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false, kPatchBatches));
+  Job job(lit, std::make_shared<const Tracer>(*lit), patch_settings(s), nullptr, 0, grid);
+  job.wait();
+  const ColorMatrix m = sun_matrix(job, 1, suns.size());
+  for (std::size_t sun = 0; sun < suns.size(); ++sun) EXPECT_NEAR(m.at(0, sun).g, suns[sun].y, 0.02) << sun;
+}
+
 TEST(DaylightMatrix, IsWrittenAsRcontribDoes) {
   ColorMatrix m;
   m.rows = 2;

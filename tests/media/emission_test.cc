@@ -71,6 +71,27 @@ TEST(EmissiveMedia, AreTheLightOfAScene) {
   EXPECT_EQ(light_groups(scene).names, std::vector<std::string>{"glow"});
 }
 
+/// Files may define media that nothing is filled with.
+TEST(EmissiveMedia, AreNoLightWhereNothingNamesThem) {
+  SceneDescription d = filled_box(thin_emitter(0), 0.5f);
+  d.media.push_back(flame({{-1, -1, -1}, {1, 1, 1}}));
+  EXPECT_EQ(Scene(d).light_source_count(), 1u);
+  d.materials[0].inside = kNone;
+  EXPECT_TRUE(Scene(d).environment()) << "a studio light";
+}
+
+/// A horizontal surface of a medium in a basin whose walls name no medium.
+TEST(EmissiveMedia, FillBasinsBelowTheirSurface) {
+  SceneDescription d;
+  const std::uint32_t surface = add_material(d, 0), walls = add_material(d, 0.5f);
+  d.materials[surface].inside = 0;
+  d.materials[surface].outside = kNone;
+  d.media.push_back(thin_emitter(0));
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, surface);
+  add_box(d, {-1, -1, -1}, {1, 1, 1}, walls);
+  EXPECT_NEAR(Scene(d).light_power().total(), 4 * kPi * 8, 1e-3) << "of the box around both";
+}
+
 /// What the medium emits arrives at the walls, as often as they reflect it.
 TEST(EmissiveMedia, LoseNoLightInABox) {
   for (const float albedo : {0.0f, 0.5f})

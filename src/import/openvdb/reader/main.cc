@@ -47,7 +47,11 @@ VoxelGrid dense_box(const Grid& grid) {
     out.first[axis] = box.min()[a];
     out.size[axis] = box.max()[a] - box.min()[a] + 1;
   }
-  out.values.resize(box.volume());
+  std::uint64_t voxels = 1;
+  for (const int side : out.size)
+    if (__builtin_mul_overflow(voxels, static_cast<std::uint64_t>(side), &voxels) || voxels > out.values.max_size())
+      throw std::runtime_error("the grid's voxels are too far from each other");
+  out.values.resize(voxels);
   openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(box, out.values.data());
   openvdb::tools::copyToDense(grid, dense, true);  // by one thread: others would take address space
   return out;
