@@ -68,6 +68,8 @@ MetricLimits limits_of(const DaylightOptions& o) {
 
 void check_options(const DaylightOptions& o) {
   if (o.views.empty() != o.dgp.empty()) throw CommandLineError("--views and --dgp are given together or not at all");
+  if (o.views.empty() && o.side != kViewSide)
+    throw CommandLineError("--side is the size of pictures of --views", "Give --views, or leave --side out.");
   if (!o.dgp.empty() && o.dgp != kStandardOutput && lower_ending(o.dgp) != ".csv")
     throw CommandLineError(fmt::format("'{}' does not end in .csv", o.dgp));
   if (o.views.empty() || o.sensors.are_given()) o.sensors.check();
@@ -311,8 +313,8 @@ horizon. The mean over hours is within twice relative_error of the truth with a 
 of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%) or --time.
 --views rates glare by luminances: DGP of every hour and view, from fisheye pictures that
 keep patches of the sky and places of the sun apart, with the sun and its mirror images as
-sources at their real places, as 'glowworm glare' has them. Without sensors, the eyes are
-the sensors.
+sources at their real places, as 'glowworm glare' has them. These pictures have 8 samples a
+pixel, whatever --samples, --noise and --time say. Without sensors, the eyes are the sensors.
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.
 

@@ -66,7 +66,7 @@ std::vector<GlareSource> sources_of_suns(const Tracer& tracer, const Camera& cam
   std::vector<SkyRay> ways;
   for (const Light& light : tracer.scene().lights()) {
     if (light.kind != LightKind::directional || is_black(light.intensity)) continue;
-    if (ways.empty()) ways = sky_rays(tracer, camera, static_cast<int>(side), static_cast<int>(side), 1);
+    if (ways.empty()) ways = sky_rays(tracer, camera, static_cast<int>(side), static_cast<int>(side), 1, false);
     for (const GlareSource& source : sources_of_sun(tracer, camera, ways, -light.direction, light.intensity))
       out.push_back(source);
   }

@@ -1,11 +1,15 @@
 #include "core/confine.h"
 
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <new>
 
 namespace glowworm {
@@ -53,6 +57,23 @@ void send_to_parent(const void* data, std::size_t size) {
     at += sent;
     size -= static_cast<std::size_t>(sent);
   }
+}
+
+void read_for_parent(int argc, char** argv, int count, const std::function<void()>& read) {
+  // The parent may end at any time.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (argc != count || getppid() == 1) end_child(ChildExit::misused);
+  confine();
+  limit_child(std::strtoull(argv[2], nullptr, 10), static_cast<unsigned>(std::strtoul(argv[3], nullptr, 10)));
+  try {
+    read();
+  } catch (const std::bad_alloc&) {
+    end_child(ChildExit::out_of_memory);
+  } catch (const std::exception& error) {
+    send_to_parent(error.what(), std::strlen(error.what()));
+    end_child(ChildExit::refused);
+  }
+  end_child(ChildExit{0});
 }
 
 }  // namespace glowworm

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 namespace glowworm {
 
@@ -27,5 +28,11 @@ void limit_child(std::uint64_t memory_bytes, unsigned cpu_seconds);
 
 /// Writes bytes to the parent; ends the process if it does not take them.
 void send_to_parent(const void* data, std::size_t size);
+
+/// Reads one file in this process, confined, and ends it. If `read` throws, its message replaces the answer; without
+/// enough memory, there is none.
+/// @param argv the program, the file, limits of memory (bytes) and processor time (s), and others
+/// @param count of argv that the program takes @param read writes the answer by send_to_parent()
+[[noreturn]] void read_for_parent(int argc, char** argv, int count, const std::function<void()>& read);
 
 }  // namespace glowworm

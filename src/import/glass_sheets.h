@@ -19,7 +19,7 @@ namespace glowworm {
 void make_panes_of_glass_sheets(SceneDescription& scene, NoteCounter& notes);
 
 /// The triangles of slabs: panes that files describe as closed solids, by all their faces. A slab is all triangles of
-/// some materials that share vertices, if they are no sheet as above, and are at most a tenth as thick as the root of
+/// some materials that share vertices, if they close around a volume that is at most a tenth as thick as the root of
 /// the area of a side.
 /// @param is_glass for each material, whether it is one of them @return indices into geometry.triangles
 std::vector<std::uint32_t> triangles_of_slabs(const Geometry& geometry, const std::vector<bool>& is_glass);

@@ -98,7 +98,8 @@ struct SunImage {
 
 }  // namespace
 
-std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across) {
+std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across,
+                             bool straight) {
   std::vector<std::vector<SkyRay>> of_row(static_cast<std::size_t>(height));
   const ScreenWindow window = screen_window(camera, width, height);
   const double area = double{window.right - window.left} * (window.top - window.bottom) /
@@ -121,6 +122,8 @@ std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int wid
         path.ray = {ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()};
         follow_way(tracer, path, way, 0, of_row[y]);
       }
+    // Pictures of many pixels have no room for all.
+    if (!straight) std::erase_if(of_row[y], [](const SkyRay& way) { return !way.bent; });
   });
   std::vector<SkyRay> out;
   for (const std::vector<SkyRay>& row : of_row) out.insert(out.end(), row.begin(), row.end());

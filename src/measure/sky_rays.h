@@ -22,11 +22,13 @@ struct SkyRay {
 
 /// The ways of a picture. Where a surface reflects and transmits, both are followed. Media do not weaken them.
 /// @param camera is_angular() @param across ways along either side of a pixel
-std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across);
+/// @param straight whether to return ways that are not bent, too
+std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across,
+                             bool straight);
 
-/// The sun as sources of glare: seen straight, and by each mirror. A mirror's image of the sun is found by the ways
-/// that end near the sun, as that of a larger disc with the sun's flux: its luminance is that of the sun times the
-/// share that arrives, and its solid angle follows from the flux, so that curved mirrors make it smaller.
+/// The sun as sources of glare: seen straight, and by each mirror. The ways that end near the sun show its image in a
+/// mirror, as if the sun were a larger disc of the same flux. The luminance of the image is the sun's times the share
+/// that arrives. Its solid angle follows from the flux, so that curved mirrors make it smaller.
 /// @param rays those that are not bent count for nothing
 /// @param to_sun unit @param irradiance on a plane across the sunlight, W m^-2
 std::vector<GlareSource> sources_of_sun(const Tracer& tracer, const Camera& camera, std::span<const SkyRay> rays,

@@ -30,7 +30,7 @@ constexpr std::size_t kHoursAtOnce = 64;
 struct ViewLight {
   const Camera* camera = nullptr;
   std::uint32_t side = 0;
-  DaylightCoefficients pixels;  ///< a row for each: radiance, where those of sensors are irradiance
+  DaylightCoefficients pixels;  ///< a row for each: radiance, where sensors have irradiance
   GatherPoints points;          ///< of one camera sample of each pixel; slots are pixels
   std::vector<SkyRay> ways;     ///< that end above the horizon
   std::vector<std::uint32_t> patch_of_way;
@@ -38,13 +38,24 @@ struct ViewLight {
   std::vector<PixelView> views;
 };
 
-/// Settings of pictures that keep the light of sources apart. @param photons if none are asked for
-RenderSettings picture_settings(const RenderSettings& asked, std::uint64_t photons, std::uint32_t side,
-                                const std::vector<std::string>& names) {
+/// Bytes that stand beside the render of a view: coefficients, hours, and ways, which are held twice while rows are
+/// joined.
+std::uint64_t bytes_of_view(std::uint32_t side, const YearModel& model) {
+  const std::uint64_t of_coefficients = (model.patches.size() + model.suns.places().size()) * sizeof(RGB);
+  const std::uint64_t of_ways = kWaysAcross * kWaysAcross * (2 * sizeof(SkyRay) + sizeof(std::uint32_t));
+  return std::uint64_t{side} * side *
+         (of_coefficients + of_ways + sizeof(PixelView) + 2 * sizeof(float) * kHoursAtOnce);
+}
+
+/// Settings of pictures that keep the light of sources apart.
+/// @param photons if none are asked for @param beside bytes that the render leaves free
+RenderSettings picture_settings(const RenderSettings& asked, std::uint64_t photons, std::uint64_t beside,
+                                std::uint32_t side, const std::vector<std::string>& names) {
   RenderSettings s = asked;
   s.light_groups = true;
   s.filter = Filtering::off;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  s.memory_bytes -= beside;
   if (s.photons == 0) s.photons = photons;
   if (s.gather == 0) s.gather = kRaysOfPicture;
   s.samples = kSamplesOfPicture;
@@ -93,7 +104,7 @@ ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t s
   FirstHit first_hit;
   Statistics statistics;
   camera_pass(tracer, camera, CameraTask{0, 0, pixels, pixels}, pass, unused, first_hit, out.points, statistics);
-  for (const SkyRay& way : sky_rays(tracer, camera, pixels, pixels, kWaysAcross)) {
+  for (const SkyRay& way : sky_rays(tracer, camera, pixels, pixels, kWaysAcross, true)) {
     if (!(way.towards.y > 0)) continue;
     out.ways.push_back(way);
     out.patch_of_way.push_back(static_cast<std::uint32_t>(model.patches.patch_of(way.towards)));
@@ -162,9 +173,7 @@ Scene scene_with_views(const Scene& plain, std::span<const Camera> views, const 
 }  // namespace
 
 void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t memory_bytes) {
-  const std::uint64_t pixels = std::uint64_t{side} * side;
-  const std::uint64_t bytes =
-      pixels * ((model.patches.size() + model.suns.places().size()) * sizeof(RGB) + 2 * sizeof(float) * kHoursAtOnce);
+  const std::uint64_t bytes = bytes_of_view(side, model);
   if (bytes > memory_bytes / 2)
     throw MemoryError(fmt::format("pictures of {0} x {0} pixels take {1:.0f} MB; half of the memory budget has room "
                                   "for less",
@@ -175,16 +184,18 @@ void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t m
 bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
                 std::span<const std::uint32_t> hours, const RenderSettings& asked,
                 const std::function<void(Job&, YearProgress)>& wait, std::span<ViewYear> out) {
+  check_view_room(side, model, asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes());
+  const std::uint64_t beside = bytes_of_view(side, model);
   const std::size_t pixels = std::size_t{side} * side, places = model.suns.places().size();
   std::vector<std::string> names;
   for (std::size_t i = 0; i < views.size(); ++i) names.push_back(fmt::format("view of the year {}", i + 1));
   const Scene seen = scene_with_views(plain, views, names);
   PictureMaker of_sky(under_sky(seen, model),
-                      picture_settings(asked, kPhotonsOfPatch * model.patches.size(), side, names));
+                      picture_settings(asked, kPhotonsOfPatch * model.patches.size(), beside, side, names));
   std::unique_ptr<PictureMaker> of_suns;
   if (places > 0)
     of_suns = std::make_unique<PictureMaker>(YearScene(scene_under_suns(seen, model.suns.places())),
-                                             picture_settings(asked, kPhotonsOfSun * places, side, names));
+                                             picture_settings(asked, kPhotonsOfSun * places, beside, side, names));
   const double share = 1.0 / static_cast<double>(views.size() * (of_suns ? 2 : 1));
   double before = 0;
   const auto wait_on = [&](Job& job) {

@@ -25,12 +25,13 @@ inline constexpr std::uint32_t kViewSide = 128;
 /// Throws MemoryError if the pictures of a view take more than half of the budget.
 void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t memory_bytes);
 
-/// Rates views of a scene in some of the lit hours, and fills these hours of `out`.
+/// Rates views of a scene in some of the lit hours, and fills these hours of `out`. Throws as check_view_room().
 ///
 /// Each view is rendered once for all patches of the sky and all places of the sun, of which every pixel keeps its
 /// light apart. Pictures of hours are sums over patches and places, to which are added what no coefficient blurs: the
-/// sky as pixels see it, by its formula, in place of its patches; what surfaces reflect of the sun straight, by a ray
+/// sky as pixels see it, by its formula, in place of its patches; sunlight that surfaces scatter broadly, by a ray
 /// towards the actual sun for each pixel; and the sun itself and its mirror images, as sources (measure/sky_rays.h).
+/// Narrow lobes that are not perfectly smooth, as of polished floors, show the sun at places of the SunGrid.
 /// @param views fisheye or hemispherical, in the coordinates of the scene
 /// @param hours as indices into YearSky::lit
 /// @param wait  as of find_state(); a view has one or two Jobs

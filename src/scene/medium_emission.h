@@ -26,7 +26,7 @@ class MediumEmission {
     RGB flux;       ///< of a photon in any direction, W; divide by the number emitted
   };
   /// A place, in about the proportion of the emission. Where surfaces leave it out of the medium, it emits nothing.
-  /// @param medium that of the constructor @param u in [0, 1)
+  /// @param medium as in the constructor @param u in [0, 1)
   Start sample(const Medium& medium, Vec3 u) const;
 
  private:

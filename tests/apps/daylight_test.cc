@@ -137,6 +137,7 @@ TEST_F(DaylightTest, RatesViews) {
 TEST_F(DaylightTest, RefusesWhatDoesNotFit) {
   write_inputs();
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--dgp", "g.csv"}), {"--views"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--side", "64"}), {"--side", "--views"}, 2));
   EXPECT_TRUE(refused(daylight({}), {"no output"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.txt"}), {"y.txt", ".csv"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--hours", "18-8"}), {"18-8"}, 2));

@@ -130,7 +130,7 @@ TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
   const Tracer tracer(scene);
   const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
   constexpr int kPixels = 96;
-  const std::vector<SkyRay> ways = sky_rays(tracer, eye, kPixels, kPixels, 3);
+  const std::vector<SkyRay> ways = sky_rays(tracer, eye, kPixels, kPixels, 3, true);
   const float height = 0.4f;
   const Vec3 to_sun{0.1f, std::sin(height), -std::sqrt(1 - 0.01f - std::sin(height) * std::sin(height))};
   const std::vector<GlareSource> suns = sources_of_sun(tracer, eye, ways, to_sun, RGB(2.0f));
@@ -158,8 +158,8 @@ TEST(SkyRays, PanesShowOneImageOfTheSun) {
     const Tracer tracer(scene);
     const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
     const float height = 0.4f;
-    return sources_of_sun(tracer, eye, sky_rays(tracer, eye, 96, 96, 3), {0, std::sin(height), -std::cos(height)},
-                          RGB(2.0f));
+    return sources_of_sun(tracer, eye, sky_rays(tracer, eye, 96, 96, 3, false),
+                          {0, std::sin(height), -std::cos(height)}, RGB(2.0f));
   };
   const std::vector<GlareSource> one = images_in(1), two = images_in(2);
   ASSERT_EQ(one.size(), 2u);
@@ -179,7 +179,7 @@ TEST(SkyRays, PanesPassAndReflectTheSky) {
   add_quad(d, {-500, -500, -1}, {1000, 0, 0}, {0, 1000, 0});
   const Scene scene(std::move(d));
   const Tracer tracer(scene);
-  const std::vector<SkyRay> ways = sky_rays(tracer, fisheye_at({0, 1, 0}, {0, 1, -1}), 16, 16, 1);
+  const std::vector<SkyRay> ways = sky_rays(tracer, fisheye_at({0, 1, 0}, {0, 1, -1}), 16, 16, 1, true);
   double straight = 0, bent = 0;
   std::size_t count = 0;
   for (const SkyRay& way : ways)

@@ -187,7 +187,7 @@ TEST_P(EmissiveMedium, LightsSurfacesAndMediaAsByPaths) {
   EXPECT_NEAR(gathered, paths, 0.01 * paths);
 }
 
-TEST_P(EmissiveMedium, HasTheSameBitsForThreadsAndParts) {
+TEST_P(EmissiveMedium, HasTheSameBitsForThreads) {
   const Stage stage(GetParam().make());
   std::vector<std::vector<std::uint32_t>> bits;
   for (const int threads : {1, 3}) {

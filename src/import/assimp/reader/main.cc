@@ -7,17 +7,11 @@
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <unistd.h>
 
 #include <assimp/Importer.hpp>
-#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <filesystem>
 #include <map>
-#include <new>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -241,19 +235,5 @@ void run(const char* file) {
 }  // namespace glowworm
 
 int main(int argc, char** argv) {
-  using namespace glowworm;
-  // The parent may end at any time.
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (argc != 4 || getppid() == 1) end_child(ChildExit::misused);
-  confine();
-  limit_child(std::strtoull(argv[2], nullptr, 10), static_cast<unsigned>(std::strtoul(argv[3], nullptr, 10)));
-  try {
-    run(argv[1]);
-  } catch (const std::bad_alloc&) {
-    end_child(ChildExit::out_of_memory);
-  } catch (const std::exception& error) {
-    send_to_parent(error.what(), std::strlen(error.what()));
-    end_child(ChildExit::refused);
-  }
-  end_child(ChildExit{0});
+  glowworm::read_for_parent(argc, argv, 4, [&] { glowworm::run(argv[1]); });
 }

@@ -2,15 +2,9 @@
 // so this is a separate process with limits. usage: glowworm-openvdb FILE MEMORY_BYTES CPU_SECONDS GRID
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <filesystem>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -83,18 +77,5 @@ OpenVdbAnswer answer(const std::string& path, const std::string& name) {
 
 int main(int argc, char** argv) {
   using namespace glowworm;
-  // The parent may end at any time.
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (argc != 5 || getppid() == 1) end_child(ChildExit::misused);
-  confine();
-  limit_child(std::strtoull(argv[2], nullptr, 10), static_cast<unsigned>(std::strtoul(argv[3], nullptr, 10)));
-  try {
-    write_openvdb_answer(answer(argv[1], argv[4]), send_to_parent);
-  } catch (const std::bad_alloc&) {
-    end_child(ChildExit::out_of_memory);
-  } catch (const std::exception& error) {
-    send_to_parent(error.what(), std::strlen(error.what()));
-    end_child(ChildExit::refused);
-  }
-  end_child(ChildExit{0});
+  read_for_parent(argc, argv, 5, [&] { write_openvdb_answer(answer(argv[1], argv[4]), send_to_parent); });
 }
