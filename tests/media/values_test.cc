@@ -78,6 +78,9 @@ struct HalfSpaceCase {
   double normal, at_60;  // radiance along the normal by a sun of irradiance 1 along the normal, and at 60 degrees
 };
 
+constexpr HalfSpaceCase kHalfSpaces[] = {
+    {0.5f, 0.031148, 0.019711}, {0.8f, 0.081306, 0.047931}, {0.9f, 0.122572, 0.068727}, {0.99f, 0.240863, 0.120042}};
+
 class HalfSpaces : public testing::TestWithParam<HalfSpaceCase> {};
 
 // a H(1)^2 / (8 pi) and its like (Chandrasekhar, Radiative Transfer, 1950).
@@ -92,11 +95,7 @@ TEST_P(HalfSpaces, ByPathTracing) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Values, HalfSpaces,
-                         testing::Values(HalfSpaceCase{0.5f, 0.031148, 0.019711},
-                                         HalfSpaceCase{0.8f, 0.081306, 0.047931},
-                                         HalfSpaceCase{0.9f, 0.122572, 0.068727},
-                                         HalfSpaceCase{0.99f, 0.240863, 0.120042}));
+INSTANTIATE_TEST_SUITE_P(Values, HalfSpaces, testing::ValuesIn(kHalfSpaces));
 
 /// Adds walls of perfect mirrors around a column of 2 x 2 m: what is in it goes on to infinity on all sides.
 void add_mirrors(SceneDescription& d, float low, float high) {
@@ -126,7 +125,9 @@ SceneDescription mirrored_slab(Medium medium, float depth) {
 
 /// By sensors all over a column of the slab. One seed has a standard deviation of 0.2% of what is reflected where tau
 /// is 1, and of 0.6% where it is 4.
-TEST_P(Slabs, ByPhotons) {
+class SlabsByPhotons : public Slabs {};
+
+TEST_P(SlabsByPhotons, HaveTheirValues) {
   const SlabCase& of = GetParam();
   const Stage stage(mirrored_slab(medium_of(of.tau, of.albedo), 1));
   std::vector<Vec3> positions, normals;
@@ -150,7 +151,11 @@ TEST_P(Slabs, ByPhotons) {
   EXPECT_NEAR(passed, of.passed[0], 0.01 * of.passed[0] + 0.001);
 }
 
-TEST_P(HalfSpaces, ByPhotons) {
+INSTANTIATE_TEST_SUITE_P(Slow, SlabsByPhotons, testing::ValuesIn(kSlabs));
+
+class HalfSpacesByPhotons : public HalfSpaces {};
+
+TEST_P(HalfSpacesByPhotons, HaveTheirValues) {
   SceneDescription d = mirrored_slab(medium_of(1, GetParam().albedo), 30);
   d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 1, 1.8f));
   // The more often light scatters, the fewer paths leave them.
@@ -158,6 +163,8 @@ TEST_P(HalfSpaces, ByPhotons) {
   const double seen = mean(Stage(std::move(d)).render(by_photons(8, 4, 1, photons, "blocked"))).luminance();
   EXPECT_NEAR(seen, GetParam().normal, 0.015 * GetParam().normal);
 }
+
+INSTANTIATE_TEST_SUITE_P(Slow, HalfSpacesByPhotons, testing::ValuesIn(kHalfSpaces));
 
 /// A beam of the sun through a slit of width D into a thin medium, seen from the side at a depth x: radiance sigma_s E
 /// D p(90 degrees) exp(-sigma_t x), with what the medium before it takes away.
