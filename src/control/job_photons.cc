@@ -127,6 +127,7 @@ void Job::shoot_photons(std::uint32_t sample) {
     made_->gather_guide =
         learn_gather_guide(*tracer_, made_->maps, guide_view(), guide_pass(), budget_, statistics_, shared_.get());
     made_->has_gather_guide = true;
+    made_->fixed_radius = 0;  // guided rays end elsewhere
   }
   if (measures_photon_noise_) find_photon_noise(sample);
   make_maps(settings_, sample, statistics_);

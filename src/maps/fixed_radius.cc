@@ -1,6 +1,8 @@
 #include "maps/fixed_radius.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/statistics.h"
@@ -10,9 +12,12 @@ namespace glowworm {
 
 namespace {
 
-/// Rounds end when the mean is within this share of the number that is wanted; five or fewer suffice.
+/// Rounds end when the mean is within this share of the number that is wanted; six or fewer suffice.
 constexpr double kDeviation = 0.02;
-constexpr int kMostRounds = 8;
+constexpr int kMostRounds = 12;
+/// The mean grows with this power of the radius where photons are even, and at least and at most with these where they
+/// are not: few query points among many photons, and many far from all photons.
+constexpr double kEvenPower = 2, kLeastPower = 0.25, kMostPower = 8;
 /// Squares of pixels that are looked at, at most.
 constexpr std::size_t kMostSquares = 1024;
 
@@ -30,7 +35,6 @@ double mean_count(const Tracer& tracer, const PhotonMaps& maps, const View& view
 
 float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings wanted, const View& view,
                        const PixelBounds& part, const PassSettings& passes, MemoryBudget& budget) {
-  wanted.correction = BoundaryCorrection::none;
   wanted.diagnosed = wanted.kept = true;
   wanted.narrow = wanted.patches = wanted.sampled = false;
   PassSettings pass = passes;
@@ -40,17 +44,26 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
   pass.indirect = false;
   pass.values = {};
   pass.light_groups = nullptr;
-  pass.guide = nullptr;
   std::vector<CameraTask> tasks = squares_of(part, kMostSquares);
   if (tasks.empty()) tasks.push_back({part.x0, part.y0, part.x1, part.y1, 0, 1});
   Statistics not_the_renders;
+  // Other processes share the photons, but not what each round makes of them: where walls cut their kernels.
+  const BoundaryCorrection correction = std::exchange(wanted.correction, BoundaryCorrection::none);
+  maps.update(tracer, wanted, not_the_renders);
+  wanted.correction = correction;
+  wanted.shared = nullptr;
+  double power = kEvenPower, last_radius = 0, last_ratio = 0;
   for (int round = 0;; ++round) {
     maps.update(tracer, wanted, not_the_renders);
     const float radius = maps.common_radius();
     const double mean = maps.empty() ? 0 : mean_count(tracer, maps, view, tasks, pass, budget);
     const double ratio = mean / wanted.nearest;
     if (!(ratio > 0) || std::abs(ratio - 1) < kDeviation || round == kMostRounds) return radius;
-    wanted.radius = radius / static_cast<float>(std::sqrt(ratio));
+    if (round > 0)
+      power = std::clamp(std::log(ratio / last_ratio) / std::log(radius / last_radius), kLeastPower, kMostPower);
+    last_radius = radius;
+    last_ratio = ratio;
+    wanted.radius = static_cast<float>(radius * std::pow(ratio, -1 / power));
   }
 }
 

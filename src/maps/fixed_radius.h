@@ -11,11 +11,12 @@
 namespace glowworm {
 
 /// Finds the radius with which the query points of a picture, or of points, have `wanted.nearest` photons within reach
-/// on average: from the radius that `wanted` gives, in rounds, which scale its square by how far the mean of a sample
-/// of query points is off. Leaves the maps with other settings. Throws as PhotonMaps::update() and render_pass().
+/// on average: from the radius that `wanted` gives, in rounds, which scale it by how far the mean of a sample of query
+/// points is off and by the power of the radius with which the mean grew. Leaves the maps with other settings. Throws
+/// as PhotonMaps::update() and render_pass().
 /// @param wanted settings of the maps, with a fixed radius
 /// @param part   of the picture
-/// @param passes settings of its passes
+/// @param passes settings of its passes; their guide places the query points
 /// @return metres
 float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings wanted, const View& view,
                        const PixelBounds& part, const PassSettings& passes, MemoryBudget& budget);

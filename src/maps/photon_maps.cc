@@ -167,11 +167,15 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   const PhotonPassSettings wanted = pass_settings();
   reservation_ = reserve_photons(wanted.photons, *budget_);
   pass_ = PhotonPass();
-  if (settings_.in_air) trace_air(tracer, wanted, statistics);
-  if (settings_.choice != PhotonChoice::all)
-    pass_ = trace_chosen(tracer, settings_.choice, nullptr, statistics);
-  else if (pass_.emitted == 0)
-    pass_ = trace_photons(tracer, wanted, statistics);
+  {
+    // Pilots and photons that pass points are not counted by `statistics`.
+    const PhaseTimer timer(statistics, Phase::trace_photons);
+    if (settings_.in_air) trace_air(tracer, wanted, statistics);
+    if (settings_.choice != PhotonChoice::all)
+      pass_ = trace_chosen(tracer, settings_.choice, nullptr, statistics);
+    else if (pass_.emitted == 0)
+      pass_ = trace_photons(tracer, wanted, statistics);
+  }
   *building_ = true;
   if (settings_.thinned > 0) {
     const PhaseTimer timer(statistics, Phase::build_photon_map);

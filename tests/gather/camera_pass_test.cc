@@ -164,8 +164,8 @@ TEST(SurfaceSamples, SeeReflectionsWithoutNoise) {
   }
 }
 
-/// Between mirrors, where chains are long, surface samples take little longer than the path that they accompany, and see
-/// the same light.
+/// Between mirrors, where chains are long, surface samples take little longer than the path that they accompany, and
+/// see the same light.
 TEST(SurfaceSamples, AreFewInLongChains) {
   SceneDescription d;
   Material mirror;

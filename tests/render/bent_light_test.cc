@@ -60,11 +60,7 @@ struct Sensor {
   Vec3 position, normal;
 };
 
-/// What sensors in air measure, with its stated standard error.
-struct Reading {
-  double irradiance, error;
-};
-std::vector<Reading> measure(const Stage& stage, const RenderSettings& settings, const std::vector<Sensor>& sensors) {
+std::shared_ptr<const PointGrid> grid_of(const std::vector<Sensor>& sensors) {
   auto grid = std::make_shared<PointGrid>();
   grid->width = static_cast<int>(sensors.size());
   grid->height = 1;
@@ -73,7 +69,15 @@ std::vector<Reading> measure(const Stage& stage, const RenderSettings& settings,
     grid->position.push_back(sensor.position);
     grid->normal.push_back(sensor.normal);
   }
-  Job job(stage.scene, stage.tracer, settings, nullptr, 0, grid);
+  return grid;
+}
+
+/// What sensors in air measure, with its stated standard error.
+struct Reading {
+  double irradiance, error;
+};
+std::vector<Reading> measure(const Stage& stage, const RenderSettings& settings, const std::vector<Sensor>& sensors) {
+  Job job(stage.scene, stage.tracer, settings, nullptr, 0, grid_of(sensors));
   job.wait();
   std::vector<Reading> out;
   for (std::size_t i = 0; i < sensors.size(); ++i)
@@ -88,20 +92,35 @@ void expect_light(const Reading& reading, double expected, double most_error) {
   EXPECT_GT(reading.error, 0);
 }
 
-TEST(BentLight, SensorsInAirMeetALampInAMirror) {
+SceneDescription lamp_above_mirror() {
   SceneDescription d;
   add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_mirror(d, 0.95f));
   Light lamp;
   lamp.position = {-0.5f, 0, 1};
   lamp.intensity = RGB(3.0f);
   d.lights.push_back(lamp);
-  const Stage stage(std::move(d));
+  return d;
+}
+
+TEST(BentLight, SensorsInAirMeetALampInAMirror) {
+  const Stage stage(lamp_above_mirror());
   // The image of the lamp is 1 m away across, and 2 m in height.
   const double cosine = 2 / std::sqrt(5.0), expected = 3 * schlick(0.95, cosine) * cosine / 5;
   for (const Integrator by : kAll) {
     SCOPED_TRACE(static_cast<int>(by));
     const auto readings = measure(stage, integrator(by, 24), {{{0.5f, 0, 1}, {0, 0, -1}}});
     expect_light(readings[0], expected, 0.06);
+  }
+}
+
+TEST(BentLight, PhotonsOfSensorsInAirTakeTheTimeOfTheirPhase) {
+  const Stage stage(lamp_above_mirror());
+  for (const Integrator by : kAll) {
+    SCOPED_TRACE(static_cast<int>(by));
+    Job job(stage.scene, stage.tracer, integrator(by, 24), nullptr, 0, grid_of({{{0.5f, 0, 1}, {0, 0, -1}}}));
+    job.wait();
+    const Statistics& s = job.statistics();
+    EXPECT_LT(s.seconds(Phase::other), 0.25 * s.seconds(Phase::trace_photons));
   }
 }
 
