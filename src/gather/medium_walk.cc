@@ -11,9 +11,19 @@ namespace {
 /// up. The rays of a point together see all parts, and a lookup costs as the length of its segment.
 constexpr float kParts = 8;
 
-/// Places at which a camera ray samples lamps on each piece of its way, of each kind (transport/segment_light.h): a
-/// shaft of light covers a part of them.
+/// Places at which a camera ray samples lamps on each piece of its way: a shaft of light covers a part of them.
 constexpr float kPlacesOfCameraRays = 16;
+
+/// On pieces of less opacity, camera rays sample proportionally fewer places, and look a part of the piece up: the
+/// noise of surfaces behind exceeds that of so thin a medium.
+constexpr float kFullOpacity = 0.25f;
+
+/// Whether lamps are at finite distance, so that places by their angle are sampled, too.
+bool has_near_lamps(const Scene& scene) {
+  return !scene.emissive_triangles().empty() ||
+         std::any_of(scene.lights().begin(), scene.lights().end(),
+                     [](const Light& light) { return light.kind != LightKind::directional; });
+}
 
 /// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
 /// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
@@ -45,6 +55,13 @@ void for_even_pieces(const Medium& medium, const Ray& ray, float length, Visit&&
 
 }  // namespace
 
+MediumWalk::MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone)
+    : tracer_(tracer),
+      radiance_(radiance),
+      segments_(segments),
+      photons_alone_(photons_alone),
+      has_near_lamps_(has_near_lamps(tracer.scene())) {}
+
 bool MediumWalk::cross(PathState& path, Hit& hit, RayOrder order, const Target& target, Sampler& sampler) {
   return travel(tracer_, path, hit, order, [&](const Medium* medium, float length) {
     if (!medium) return true;
@@ -72,23 +89,27 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
                   tracer_.scene().source_of_medium(path.medium.index));
   if (!scatters) return;
   RGB throughput = path.throughput;
+  const float stopped = max_component(RGB(1.0f) - passed);
   if (target.by_opacity) {
-    const float chosen = max_component(RGB(1.0f) - passed);
-    if (!(sampler.next1() < chosen)) return;
-    throughput *= 1 / chosen;
+    if (!(sampler.next1() < stopped)) return;
+    throughput *= 1 / stopped;
   }
   const Vec2 random = sampler.next2();
-  if (target.by_opacity && is_homogeneous(medium))
-    add_part(medium, path, length, throughput, target, random.x, random.y);
+  const float parts = target.by_opacity ? kParts : std::clamp(std::floor(kFullOpacity / stopped), 1.0f, kParts);
+  if (parts > 1 && is_homogeneous(medium))
+    add_part(medium, path, length, throughput, target, parts, random);
   else
     add_segments(medium, path, length, throughput, target, random.y);
   if (photons_alone_) return;
-  sample_lamps(LitSegment(medium, path, length, true), throughput, target, sampler);
+  const float places = std::ceil(kPlacesOfCameraRays * std::min(stopped / kFullOpacity, 1.0f));
+  sample_lamps(LitSegment(medium, path, length, true), throughput, target, target.by_opacity ? 1 : places, sampler);
 }
 
-void MediumWalk::sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, Sampler& sampler) {
+void MediumWalk::sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, float places,
+                              Sampler& sampler) {
   const Scene& scene = tracer_.scene();
-  const float count = target.by_opacity ? 1 : kPlacesOfCameraRays;
+  const bool by_angle_too = segment.samples() && has_near_lamps_;
+  const float count = by_angle_too ? std::ceil(places / 2) : places;
   const Vec2 start = sampler.next2();
   for (float i = 0; i < count; ++i) {
     const Vec2 u_lamp = sampler.next2(), u_other_lamp = sampler.next2(), u = sampler.next2();
@@ -98,7 +119,7 @@ void MediumWalk::sample_lamps(const LitSegment& segment, RGB throughput, const T
       const float ratio = segment.ratio(scene, light.source, by_place.distance, light.position);
       add(by_place, 1 / ((1 + ratio) * count), throughput, target);
     }
-    if (!segment.samples()) continue;
+    if (!by_angle_too) continue;
     const SegmentLight by_angle = segment.sample(scene, u_other_lamp, {u.y, (i + start.y) / count});
     if (by_angle.sample.pdf > 0)
       add(by_angle, balance_heuristic(1, by_angle.sample.pdf, 1, by_angle.by_place * by_angle.by_transmittance) / count,
@@ -117,18 +138,18 @@ void MediumWalk::add_segments(const Medium& medium, const PathState& path, float
 }
 
 void MediumWalk::add_part(const Medium& medium, const PathState& path, float length, RGB throughput,
-                          const Target& target, float u, float random) {
+                          const Target& target, float parts, Vec2 random) {
   const MediumSpan span = span_in(medium, path.ray.origin, path.ray.direction, 0, length);
   const RGB sigma_t = medium.sigma_a + medium.sigma_s;
   const float most = max_component(sigma_t), stopped = max_component(opacity(sigma_t, span.last - span.first));
-  const float part = std::floor(u * kParts);
-  const auto end_of = [&](float parts) {
-    return std::min(-std::log1p(-stopped * parts / kParts) / most, span.last - span.first);
+  const float part = std::floor(random.x * parts);
+  const auto end_of = [&](float before) {
+    return std::min(-std::log1p(-stopped * before / parts) / most, span.last - span.first);
   };
-  const float first = end_of(part), last = part + 1 < kParts ? end_of(part + 1) : span.last - span.first;
+  const float first = end_of(part), last = part + 1 < parts ? end_of(part + 1) : span.last - span.first;
   segments_.push_back(path.ray.origin + path.ray.direction * (span.first + first), path.ray.direction, last - first,
-                      {sigma_t, medium.sigma_s, medium.g, path.medium.index, random},
-                      throughput * transmittance(sigma_t, first) * kParts, target.slot);
+                      {sigma_t, medium.sigma_s, medium.g, path.medium.index, random.y},
+                      throughput * transmittance(sigma_t, first) * parts, target.slot);
 }
 
 void MediumWalk::add(const SegmentLight& light, float weight, RGB throughput, const Target& target) {

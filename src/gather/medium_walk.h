@@ -15,8 +15,7 @@ namespace glowworm {
 class MediumWalk {
  public:
   /// @param segments are added to @param photons_alone adds segments, but no light
-  MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone)
-      : tracer_(tracer), radiance_(radiance), segments_(segments), photons_alone_(photons_alone) {}
+  MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone);
 
   /// What a ray adds to.
   struct Target {
@@ -32,17 +31,18 @@ class MediumWalk {
 
  private:
   void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
-  void sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, Sampler& sampler);
+  void sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, float places, Sampler& sampler);
   void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
                     float random);
   void add_part(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
-                float u, float random);
+                float parts, Vec2 random);
   void add(const SegmentLight& light, float weight, RGB throughput, const Target& target);
 
   const Tracer& tracer_;
   SlotRadiance& radiance_;
   VolumeSegments& segments_;
   const bool photons_alone_;
+  const bool has_near_lamps_;
 };
 
 }  // namespace glowworm

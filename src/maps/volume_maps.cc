@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/random.h"
@@ -154,12 +155,16 @@ MediaMaps make_media_maps(const Tracer& tracer, const MediaPhotons& photons, con
   MediaMaps out;
   out.is_sampled = sampled;
   if (tracer.scene().media().empty()) return out;
-  const VolumeMapsBuilder builder(tracer, photons, inputs);
-  out.all = builder.all(statistics);
+  std::optional<VolumeMapsBuilder> builder;
+  {
+    const PhaseTimer timer(statistics, Phase::build_photon_map);
+    builder.emplace(tracer, photons, inputs);
+  }
+  out.all = builder->all(statistics);
   if (!sampled) return out;
   const PhaseTimer timer(statistics, Phase::photon_noise);
   Statistics not_the_renders;
-  out.signed_sample = builder.signed_sample(not_the_renders);
+  out.signed_sample = builder->signed_sample(not_the_renders);
   return out;
 }
 

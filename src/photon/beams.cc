@@ -10,14 +10,21 @@ namespace {
 /// Most change of a colour's share of the flux along a beam.
 constexpr float kMostChange = 0.1f;
 constexpr float kMostBeams = 32;
+/// Ways of at least this opacity become beams; others do with a probability in proportion.
+constexpr float kFullOpacity = 0.25f;
 
 }  // namespace
 
-void add_beams(const Medium& medium, const PathState& path, MediumSpan span, RGB flux, std::uint32_t source,
+void add_beams(const Medium& medium, const PathState& path, MediumSpan span, RGB flux, std::uint32_t source, float u,
                VolumeBeams& beams) {
   const float length = span.last - span.first;
   if (!(length > 0) || !std::isfinite(length)) return;
   const RGB sigma_t = medium.sigma_a + medium.sigma_s;
+  if (is_homogeneous(medium)) {
+    const float chosen = std::min(max_component(opacity(sigma_t, length)) / kFullOpacity, 1.0f);
+    if (!(u < chosen)) return;
+    flux *= 1 / chosen;
+  }
   const float spread = max_component(sigma_t) - std::min({sigma_t.r, sigma_t.g, sigma_t.b});
   const float count =
       is_homogeneous(medium) ? std::clamp(std::ceil(spread * length / kMostChange), 1.0f, kMostBeams) : 1.0f;

@@ -7,9 +7,11 @@
 
 namespace glowworm {
 
-/// Appends a photon's way through a medium: one beam, or several where colours fall off unequally.
+/// Appends a photon's way through a medium: one beam, or several where colours fall off unequally. A way of little
+/// opacity scatters little light, so only some of such ways become beams, of more flux.
 /// @param path at the start of the way @param span the part of the way in the medium @param flux of the photon there, W
-void add_beams(const Medium& medium, const PathState& path, MediumSpan span, RGB flux, std::uint32_t source,
+/// @param u in [0, 1), chooses the ways that become beams
+void add_beams(const Medium& medium, const PathState& path, MediumSpan span, RGB flux, std::uint32_t source, float u,
                VolumeBeams& beams);
 
 }  // namespace glowworm

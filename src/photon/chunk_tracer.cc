@@ -140,7 +140,7 @@ class ChunkTracers::ChunkTracer {
     if (is_stored) {
       const MediumSpan span =
           span_in(*medium, path.ray.origin, path.ray.direction, 0, sample.scatters ? sample.distance : length);
-      add_beams(*medium, path, span, before, paths_.light[i], result_->beams);
+      add_beams(*medium, path, span, before, paths_.light[i], sampler.next1(), result_->beams);
     }
     const RGB after = before * sample.weight;
     if (is_stored && sample.scatters && !is_black(after))

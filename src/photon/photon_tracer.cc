@@ -63,8 +63,9 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
   pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
   pass.in_media.append(chunk.in_media);
   pass.beams.append(chunk.beams);
-  // A path leaves a beam wherever it leaves a photon in a medium, and more.
-  pass.stored += chunk.count + chunk.beams.size() + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
+  // Of points and beams, a medium's map keeps one.
+  pass.stored += chunk.count + std::max(chunk.beams.size(), chunk.in_media.size()) +
+                 (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 
