@@ -1,5 +1,7 @@
 #include "maps/indexed_map.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -15,6 +17,9 @@ namespace {
 
 /// Memory of a photon in addition to its batch: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
+
+/// Rounds that find how far the k nearest photons reach near edges: more change little.
+constexpr int kNearestRounds = 4;
 
 template <typename Factor>
 LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
@@ -136,9 +141,15 @@ std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& n
   const bool is_nearest = policy.kind == RadiusKind::nearest;
   policy.kind = RadiusKind::per_photon;
   if (is_nearest) {
-    // Where only part of a disc has photons, the k nearest lie further away: the part has the area of the whole disc.
-    const std::vector<float> found = found_for("-in-radii");
-    for (std::size_t i = 0; i < found.size(); ++i) policy.radii[i] *= std::sqrt(found[i]);
+    // Where only part of a disc has photons, the k nearest lie further away: the part has the area of the whole disc,
+    // whatever the kernel. A larger disc may again be empty in part.
+    const std::vector<float> whole = policy.radii;
+    const KernelShape shape = std::exchange(policy.kernel, KernelShape::box);
+    for (int round = 0; round < kNearestRounds; ++round) {
+      const std::vector<float> found = found_for(fmt::format("-in-radii-{}", round));
+      for (std::size_t i = 0; i < found.size(); ++i) policy.radii[i] = whole[i] * std::sqrt(found[i]);
+    }
+    policy.kernel = shape;
   }
   return found_for("");
 }

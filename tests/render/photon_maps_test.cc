@@ -7,6 +7,7 @@
 
 #include "builtin/builtin.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -50,6 +51,43 @@ TEST(PhotonMaps, AreThoseOfTheLastSettings) {
       EXPECT_EQ(light_of(changed), light_of(anew)) << i << kept;
     }
   }
+}
+
+/// On plates smaller than the discs of their photons, the k nearest photons reach other plates. Flux is conserved all
+/// the same, as with a radius for each photon.
+TEST(PhotonMaps, NearestPhotonsOnSmallPlatesKeepTheirFlux) {
+  constexpr int kPlates = 8;
+  constexpr float kSide = 0.1f;
+  SceneDescription d;
+  d.materials.emplace_back();
+  QueryPoints points;
+  for (int i = 0; i < kPlates * kPlates; ++i) {
+    const Vec3 corner{2 * kSide * static_cast<float>(i % kPlates), 0, 2 * kSide * static_cast<float>(i / kPlates)};
+    add_quad(d, corner, {0, 0, kSide}, {kSide, 0, 0});
+    for (int j = 0; j < 25; ++j) {
+      const Vec3 within{static_cast<float>(j % 5) + 0.5f, 0, static_cast<float>(j / 5) + 0.5f};
+      points.push_back(corner + within * (kSide / 5), {0, 1, 0}, RGB(1.0f), RGB(1.0f), 0);
+    }
+  }
+  d.lights.emplace_back();
+  d.lights[0].kind = LightKind::directional;
+  d.lights[0].direction = {0, -1, 0};
+  const Stage stage(std::move(d));
+  const auto light_by = [&](const char* engine) {
+    PhotonMapSettings settings;
+    settings.photons = 2000;
+    settings.engine = engine;
+    settings.correction = BoundaryCorrection::photons;
+    MemoryBudget budget(std::uint64_t{1} << 30);
+    PhotonMaps maps(budget);
+    Statistics statistics;
+    maps.update(*stage.tracer, settings, statistics);
+    std::vector<RGB> light(points.size());
+    for (const auto& found : maps.engines()) found->estimate(points, light, statistics);
+    return mean(light).value[1];
+  };
+  const double blocked = light_by("blocked");
+  EXPECT_NEAR(light_by("knn"), blocked, 0.03 * blocked);
 }
 
 TEST(PhotonMaps, KeepACorrectionThatAMovingViewLeavesOut) {
