@@ -161,7 +161,6 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
   density_.resize(order.size());
   first_point_ = order.empty() ? 0 : *std::min_element(order.begin(), order.end());
   any_square_ = false;
-  all_diffuse_ = true;
   for (std::size_t place = 0; place < order.size(); ++place) {
     const std::uint32_t i = order[place];
     diffuse_[place] = is_lambertian(points.bsdf[i]);
@@ -171,7 +170,6 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
     sample_[place] = points.sample[i];
     if (diffuse_[place]) prepare_diffuse(place);
     any_square_ |= diffuse_[place] || region_[place] != kNoTable;
-    all_diffuse_ &= diffuse_[place] != 0;
   }
 }
 
@@ -203,10 +201,6 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
       if (guide_) guide_->warp(region_, square, factor_.data());
       diffuse_rays(points, square, made);
     }
-    if (all_diffuse_) {
-      add_diffuse(cell, out);
-      continue;
-    }
     for (std::size_t place = 0; place < order_.size(); ++place) {
       if (!diffuse_[place])
         region_[place] == kNoTable ? add_other(place, cell, out) : add_guided(place, cell, out);
@@ -220,20 +214,6 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
 Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
   const Vec3 direction{direction_[0][place], direction_[1][place], direction_[2][place]};
   return {origin_[place], 0, direction, std::numeric_limits<float>::infinity()};
-}
-
-void GatherRayMaker::add_diffuse(std::uint32_t cell, GatherRays& out) const {
-  std::size_t at = out.size();
-  out.resize(at + order_.size(), cell);
-  // The next sample overwrites one without a direction; a branch would mispredict often.
-  for (std::size_t place = 0; place < order_.size(); ++place) {
-    out.rays[at] = diffuse_ray(place);
-    out.weight[at] = weight_[place] * factor_[place];
-    out.pdf[at] = cosine_hemisphere_pdf(cosine_[place]);
-    out.point[at] = order_[place];
-    at += cosine_[place] > 0;
-  }
-  out.resize(at);
 }
 
 /// Adds one ray of a point with any BSDF.

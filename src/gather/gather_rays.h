@@ -46,7 +46,7 @@ struct GatherRays : Batch<GatherRays> {
   PathState path(std::size_t i) const { return {rays[i], weight[i], pdf[i], scattered_at[i], medium[i]}; }
   void put(std::size_t i, const PathState& path);
   using Batch::resize;
-  /// Resizes to n rays. New rays are of stratum `cell`, straight from the gather point; their other values are unset.
+
   void resize(std::size_t n, std::uint32_t cell);
   void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
     add(ray, w, density, gather_point, cell, Segment::first, 0u, 0.0f, PathMedium(), Vec3());
@@ -105,8 +105,6 @@ class GatherRayMaker {
  private:
   void prepare_diffuse(std::size_t place);
   Ray diffuse_ray(std::size_t place) const;
-  /// Appends the rays of a stratum if all points are diffuse.
-  void add_diffuse(std::uint32_t cell, GatherRays& out) const;
   void add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const;
   void add_guided(std::size_t place, std::uint32_t cell, GatherRays& out) const;
 
@@ -127,7 +125,7 @@ class GatherRayMaker {
   std::vector<std::uint8_t> diffuse_;  // whether the point only reflects diffusely
   std::uint32_t first_point_ = 0;
   std::vector<GatherDensity> density_;  // of each point from the first on
-  bool any_square_ = false, all_diffuse_ = false;
+  bool any_square_ = false;
 };
 
 /// The point of the unit square of ray `cell` of `rays_each`, before a guide warps it.

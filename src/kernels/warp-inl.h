@@ -90,10 +90,6 @@ HWY_INLINE Triple moved(Triple a, Triple b, SobolNumbers s, Triple c, SobolNumbe
 HWY_INLINE SobolNumbers dot(Triple a, Triple b) {
   return hn::Add(multiply_add(a.x, b.x, hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
 }
-HWY_INLINE Triple cross(Triple a, Triple b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
 template <typename Choice>
 HWY_INLINE Triple choose(Choice first, Triple a, Triple b) {
   return {hn::IfThenElse(first, a.x, b.x), hn::IfThenElse(first, a.y, b.y), hn::IfThenElse(first, a.z, b.z)};

@@ -12,9 +12,10 @@
 #include "kernels/sobol.h"
 #include "photon/beams.h"
 #include "photon/diffuse_hits.h"
-#include "photon/emission_block.h"
+#include "photon/emission_guide.h"
 #include "photon/light_paths.h"
 #include "photon/material_lobes.h"
+#include "scene/light_sampling.h"
 #include "scene/surface.h"
 #include "transport/step.h"
 
@@ -184,6 +185,7 @@ class ChunkTracers::ChunkTracer {
                 pairs.x.data(), pairs.y.data());
   }
 
+  /// Starts paths [first_path, first_path + count).
   void emit(std::uint64_t first_path, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) index_[i] = static_cast<std::uint32_t>(first_path + i);
     draw(0, count, direction_);
@@ -191,52 +193,41 @@ class ChunkTracers::ChunkTracer {
     draw(2, count, light_);
     result_->emitted_light.resize(count);
     paths_.count = 0;
-    for (std::size_t first = 0; first < count; first += EmissionBlock::kBlock)
-      emit_block(first, std::min(EmissionBlock::kBlock, count - first));
+    for (std::size_t i = 0; i < count; ++i) emit_path(i);
   }
 
-  /// Emits paths [first, first + count) and appends them.
-  void emit_block(std::size_t first, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t path = first + i;
-      EmissionNumbers numbers = {light_.x[path], choice_.x[path], choice_.y[path], direction_.x[path],
-                                 direction_.y[path]};
-      const float guide_weight = pass_.guide ? pass_.guide->warp(numbers) : 1.0f;
-      emission_.set_numbers(i, numbers, guide_weight);
-      if (!settings_.pilot) continue;
+  /// Starts path number i of the chunk, unless it has nothing to carry.
+  void emit_path(std::size_t i) {
+    EmissionNumbers numbers = {light_.x[i], choice_.x[i], choice_.y[i], direction_.x[i], direction_.y[i]};
+    const float guide_weight = pass_.guide ? pass_.guide->warp(numbers) : 1.0f;
+    if (settings_.pilot) {
       result_->numbers.push_back(numbers);
       result_->guide_weight.push_back(guide_weight);
     }
-    emission_.emit(scene_, count);
-    if (!scene_.emissive_media().empty()) drop_outside_of_media(count);
-    for (int c = 0; c < 3; ++c)
-      result_->balance.emitted[c] += sum(count, [flux = emission_.flux_channel(c)](std::size_t i) { return flux[i]; });
-    std::size_t at = paths_.count;
-    for (std::size_t i = 0; i < count; ++i) {
-      const RGB flux = emission_.flux(i);
-      result_->emitted_light[first + i] = emission_.light(i);
-      paths_.rays[at] = photon_ray(emission_.origin(i), emission_.direction(i), 0);
-      for (int c = 0; c < 3; ++c) paths_.flux[c][at] = flux[c];
-      paths_.number[at] = static_cast<std::uint32_t>(first + i);
-      paths_.light[at] = emission_.light(i);
-      paths_.bounces[at] = first_bounces(emission_.light(i));
-      if (crosses_media_) {
-        paths_.medium[at] = media_.of(scene_, emission_.light(i), emission_.direction(i));
-        paths_.scatterings[at] = 0;
-      }
-      at += !is_black(flux) && may_leave(pass_.choice, paths_.bounces[at]);
-    }
-    paths_.count = at;
+    EmittedPhoton photon = sample_emission(scene_, numbers[0], {numbers[1], numbers[2]}, {numbers[3], numbers[4]});
+    photon.flux *= guide_weight;
+    if (is_outside_of_medium(photon)) photon.flux = RGB(0.0f);
+    result_->emitted_light[i] = photon.light;
+    const std::uint8_t bounces = first_bounces(photon.light);
+    if (is_black(photon.flux)) return;
+    for (int c = 0; c < 3; ++c) result_->balance.emitted[c] += static_cast<double>(photon.flux[c]);
+    if (!may_leave(pass_.choice, bounces)) return;
+    const std::size_t at = paths_.count++;
+    paths_.rays[at] = photon_ray(photon.origin, photon.direction, 0);
+    put_flux(at, photon.flux);
+    paths_.number[at] = static_cast<std::uint32_t>(i);
+    paths_.light[at] = photon.light;
+    paths_.bounces[at] = bounces;
+    if (!crosses_media_) return;
+    paths_.medium[at] = media_.of(scene_, photon.light, photon.direction);
+    paths_.scatterings[at] = 0;
   }
 
-  /// Drops photons of a block that start where surfaces leave their medium out.
-  void drop_outside_of_media(std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const MediumEmission* const emission = scene_.medium_of_source(emission_.light(i));
-      if (!emission || is_black(emission_.flux(i))) continue;
-      const PathMedium around = medium_at_start(*settings_.tracer, emission_.origin(i), emission_.direction(i));
-      if (around.index != emission->medium()) emission_.drop(i);
-    }
+  /// Whether a photon that a medium emits starts where surfaces leave this medium out.
+  bool is_outside_of_medium(const EmittedPhoton& photon) const {
+    const MediumEmission* const emission = scene_.medium_of_source(photon.light);
+    return emission && !is_black(photon.flux) &&
+           medium_at_start(*settings_.tracer, photon.origin, photon.direction).index != emission->medium();
   }
 
   /// The bits of paths without a bounce. What media emit is never part of the caustic map: gather rays see it through
@@ -453,7 +444,6 @@ class ChunkTracers::ChunkTracer {
   std::vector<std::uint32_t> index_ =
       std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass
   Pairs choice_, direction_, light_;
-  EmissionBlock emission_;
   DiffuseHits block_;
   std::array<std::uint8_t, DiffuseHits::kBlock> bounce_ = {};  // the bits of each path's bounce
   PhotonChunk* result_ = nullptr;
