@@ -20,7 +20,6 @@ struct GuideTable {
 
 /// Warps points of the square so that they have the density of a table, and sets their weights to 1 over it. Points
 /// without a table, and their weights, stay as they are. Arrays of `count` elements, index i one point.
-/// Runs on the instruction set of set_simd().
 /// @param table indices into `tables`, or kNoTable
 void warp_by_guide(const GuideTable* tables, const std::uint32_t* table, std::size_t count, const DiffuseSquare& square,
                    float* weight);
