@@ -1,15 +1,12 @@
 // Reverse photon mapping [HHS05]: photons search for query points.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "density/engines.h"
-#include "density/glossy.h"
 #include "density/reverse.h"
 #include "density/reverse_photons.h"
 #include "density/shading.h"
@@ -23,24 +20,14 @@ constexpr std::size_t kTreePoints = std::size_t{1} << 26;
 // Pairs with points that are not Lambertian are shaded in batches of this size.
 constexpr std::size_t kMaxPairs = std::size_t{1} << 18;
 
-/// How the points of a tree are shaded.
-enum class Shading { lambertian, glossy, one_by_one };
-
-/// Points of a part of a render with the same kind of shading, by index.
+/// Points of a part of a render by their kind of shading, as indices.
 struct ShadingGroups {
   std::vector<std::uint32_t> lambertian, others;
-  std::array<std::vector<std::uint32_t>, kGlossyModels> glossy;
 
   ShadingGroups(const QueryPoints& points, std::size_t first, std::size_t last) {
     lambertian.reserve(last - first);
-    for (std::size_t i = first; i < last; ++i) {
-      if (points.bsdf[i] == kLambertianQuery)
-        lambertian.push_back(static_cast<std::uint32_t>(i));
-      else if (const std::optional<GlossyModel> model = glossy_model(points.bsdfs[points.bsdf[i]].bsdf))
-        glossy[static_cast<std::size_t>(*model)].push_back(static_cast<std::uint32_t>(i));
-      else
-        others.push_back(static_cast<std::uint32_t>(i));
-    }
+    for (std::size_t i = first; i < last; ++i)
+      (points.bsdf[i] == kLambertianQuery ? lambertian : others).push_back(static_cast<std::uint32_t>(i));
   }
 };
 
@@ -53,7 +40,8 @@ class SubtreeWorker {
   /// All photons against the points of a subtree, in A_P order.
   /// @param fields its part of A_R
   /// @param sums   its part of A_W
-  void work(const ReverseSubtree& subtree, const float* fields, float* sums, Shading shading, GlossyModel model) {
+  /// @param lambertian whether all points are; the photons of others are shaded point by point
+  void work(const ReverseSubtree& subtree, const float* fields, float* sums, bool lambertian) {
     const Box3 box = tree_.measure(subtree, fields, bounds_);
     ReverseSubtreeView part;
     part.nodes = tree_.nodes().data();
@@ -62,58 +50,22 @@ class SubtreeWorker {
     part.points = fields;
     part.sums = sums;
     part.bounds = bounds_.data();
-    ReverseGlossy glossy;
-    if (shading == Shading::glossy) glossy = prepare(part, subtree, model);
     clusters_.clear();
     photons_.visit(box, [&](const ReverseCluster& cluster) { clusters_.push_back(cluster); });
-    if (shading == Shading::lambertian) {
-      reverse_sum(part, view_, clusters_, counts);
-    } else if (shading == Shading::glossy) {
-      reverse_sum_glossy(part, view_, clusters_, glossy, counts);
-    } else {
-      exact_.assign(subtree.point_count, {});
-      // One by one, to bound the number of waiting pairs.
-      for (const ReverseCluster& cluster : clusters_) {
-        reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
-        if (pairs_.size() >= kMaxPairs) shade_pairs(part, subtree);
-      }
+    if (lambertian) return reverse_sum(part, view_, clusters_, counts);
+    exact_.assign(subtree.point_count, {});
+    // One by one, to bound the number of waiting pairs.
+    for (const ReverseCluster& cluster : clusters_) {
+      reverse_collect(part, view_, {&cluster, 1}, pairs_, counts);
+      if (pairs_.size() >= kMaxPairs) shade_pairs(part, subtree);
     }
-    if (shading == Shading::one_by_one) {
-      shade_pairs(part, subtree);
-      round_sums(part, subtree);
-    }
+    shade_pairs(part, subtree);
+    round_sums(part, subtree);
   }
 
   ReverseCounts counts;
 
  private:
-  /// The numbers of the points of a subtree.
-  ReverseGlossy prepare(const ReverseSubtreeView& part, const ReverseSubtree& subtree, GlossyModel model) {
-    preparer_.clear();
-    leaf_.assign(subtree.node_count, 0);
-    std::size_t all = 0;
-    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
-      const ReverseNode& node = part.nodes[subtree.root + i];
-      if (!node.is_leaf()) continue;
-      leaf_[i] = static_cast<std::uint32_t>(all);
-      all += kGlossyFields * reverse_glossy_stride(node.count());
-    }
-    numbers_.resize(std::max(numbers_.size(), all));
-    for (std::uint32_t i = 0; i < subtree.node_count; ++i) {
-      const ReverseNode& node = part.nodes[subtree.root + i];
-      if (!node.is_leaf() || node.count() == 0) continue;
-      const std::size_t n = node.count(), stride = reverse_glossy_stride(n);
-      const float* bsdfs = part.points + (node.first() - subtree.first_point) * kReverseFields + 7 * n;
-      GlossyNumbers numbers{};
-      for (std::size_t lane = 0; lane < stride; ++lane) {
-        if (lane < n) numbers = preparer_.prepare(points_.bsdfs[std::bit_cast<std::uint32_t>(bsdfs[lane])], model);
-        for (std::size_t field = 0; field < kGlossyFields; ++field)
-          numbers_[leaf_[i] + field * stride + lane] = numbers[field];
-      }
-    }
-    return {numbers_.data(), leaf_.data(), preparer_.tables(), model};
-  }
-
   /// Shades the pairs found so far, each point's in one batch, adds the results to exact_, and removes the pairs.
   void shade_pairs(const ReverseSubtreeView& part, const ReverseSubtree& subtree) {
     std::stable_sort(pairs_.begin(), pairs_.end(),
@@ -161,9 +113,6 @@ class SubtreeWorker {
   std::vector<std::array<double, 3>> exact_;  // sums of the points that are shaded one by one, in A_R order
   GatheredPhotons gathered_;
   BatchShader shader_;
-  GlossyPreparer preparer_;
-  std::vector<float> numbers_;
-  std::vector<std::uint32_t> leaf_;
 };
 
 /// Completion: adds a subtree's part of A_W, in its order, to the radiance of the points.
@@ -218,11 +167,8 @@ class ReverseEngine final : public DensityEngine {
     std::unique_ptr<ReverseMemory> memory = take_memory();
     for (std::size_t first = 0; first < points.size(); first += kTreePoints) {
       const ShadingGroups groups(points, first, std::min(first + kTreePoints, points.size()));
-      estimate_some(points, groups.lambertian, Shading::lambertian, {}, radiance, *memory, statistics);
-      for (std::size_t model = 0; model < kGlossyModels; ++model)
-        estimate_some(points, groups.glossy[model], Shading::glossy, static_cast<GlossyModel>(model), radiance, *memory,
-                      statistics);
-      estimate_some(points, groups.others, Shading::one_by_one, {}, radiance, *memory, statistics);
+      estimate_some(points, groups.lambertian, true, radiance, *memory, statistics);
+      estimate_some(points, groups.others, false, radiance, *memory, statistics);
     }
     const std::lock_guard lock(mutex_);
     idle_ = std::move(memory);
@@ -235,8 +181,8 @@ class ReverseEngine final : public DensityEngine {
     return idle_ ? std::move(idle_) : std::make_unique<ReverseMemory>();
   }
 
-  void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, Shading shading,
-                     GlossyModel model, std::span<RGB> radiance, ReverseMemory& memory, Statistics& statistics) const {
+  void estimate_some(const QueryPoints& points, std::span<const std::uint32_t> chosen, bool lambertian,
+                     std::span<RGB> radiance, ReverseMemory& memory, Statistics& statistics) const {
     if (chosen.empty()) return;
     std::unique_ptr<const ReverseTree> tree;
     {
@@ -255,8 +201,8 @@ class ReverseEngine final : public DensityEngine {
         const ReverseSubtree& subtree = tree->subtrees()[s];
         const float* fields = tree->points().data() + std::size_t{subtree.first_point} * kReverseFields;
         sums.assign(subtree.point_count * kReverseSums + kReversePadding, 0.0f);
-        worker.work(subtree, fields, sums.data(), shading, model);
-        complete(*tree, subtree, fields, sums.data(), points, shading == Shading::lambertian, radiance);
+        worker.work(subtree, fields, sums.data(), lambertian);
+        complete(*tree, subtree, fields, sums.data(), points, lambertian, radiance);
       }
       statistics.add(Counter::shader_operations, worker.counts.operations);
       statistics.add(Counter::pairs_tested, worker.counts.tested);

@@ -159,7 +159,6 @@ ReversePhotons ReversePhotonArray::view() const {
   view.r = fields_[kRed].data();
   view.g = fields_[kGreen].data();
   view.b = fields_[kBlue].data();
-  view.directions = direction_.empty() ? nullptr : &direction_.front().x;
   view.min_normal_cosine = min_normal_cosine_;
   view.kernel = kernel_;
   return view;

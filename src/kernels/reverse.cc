@@ -10,7 +10,6 @@
 // After foreach_target.
 #include <hwy/highway.h>
 
-#include "kernels/glossy-inl.h"
 #include "kernels/kernel_shape-inl.h"
 #include "kernels/reverse_search-inl.h"
 
@@ -125,7 +124,7 @@ struct Sink {
   ReverseCounts& counts;
 
   template <bool kNormals>
-  void leaf(const ReverseNode& node, std::uint32_t, const Reached& reached) {
+  void leaf(const ReverseNode& node, const Reached& reached) {
     const std::size_t count = node.count();
     const std::size_t first = node.first() - part.first_point;
     const float* points = part.points + first * kReverseFields;
@@ -155,62 +154,6 @@ struct Sink {
   }
 };
 
-/// Calls visit(first point of a vector, index of the photon among those that reach the leaf, u of the vector's points,
-/// lanes inside the photon's kernel) for every vector of a leaf and every photon that reaches it.
-template <bool kNormals, class Visit>
-HWY_INLINE void visit_pairs(const ReverseSubtreeView& part, const ReversePhotons& photons, const ReverseNode& node,
-                            const Reached& reached, ReverseCounts& counts, Visit&& visit) {
-  const std::size_t count = node.count();
-  const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
-  for (std::size_t at = 0; at < count; at += kWidth) {
-    Lanes p;
-    p.load<kNormals>(points, count, at);
-    for (std::size_t i = 0; i < reached.count; ++i) {
-      V u;
-      const M inside = p.inside<kNormals>(photons, reached, i, u);
-      visit(at, i, u, inside);
-    }
-    counts.steps += reached.count;
-  }
-  counts.tested += reached.count * count;
-}
-
-/// Sink of reverse_sum_glossy(): adds to the leaf's entries of A_W.
-template <KernelShape shape, GlossyModel model>
-struct GlossySink {
-  static constexpr bool kColors = true;
-  const ReverseSubtreeView& part;
-  const ReversePhotons& photons;
-  const ReverseGlossy& glossy;
-  ReverseCounts& counts;
-
-  template <bool kNormals>
-  void leaf(const ReverseNode& node, std::uint32_t index, const Reached& reached) {
-    const D d;
-    const std::size_t count = node.count();
-    const GlossyPoints points{glossy.fields + glossy.leaf[index - part.root], reverse_glossy_stride(count),
-                              glossy.tables, model};
-    float* sums = part.sums + (node.first() - part.first_point) * kReverseSums;
-    visit_pairs<kNormals>(
-        part, photons, node, reached, counts, [&](std::size_t at, std::size_t i, V u, M inside) HWY_ATTR {
-          if (hn::AllFalse(d, inside)) return;
-          counts.operations += hn::CountTrue(d, inside);
-          const V weight = hn::IfThenElseZero(inside, kernel_profile_at<shape>(D(), u));
-          const GlossyValue<D> f =
-              glossy_value<model>(d, points, at, photons.directions + 3 * std::size_t{reached.photons[i]});
-          const auto add = [&](std::size_t channel, float flux, V value) HWY_ATTR {
-            // The weight is 0 in all lanes that must not change, including those after the leaf. A masked store would
-            // take longer than all other work.
-            float* sum = sums + channel * count + at;
-            hn::StoreU(hn::MulAdd(hn::Mul(weight, hn::Set(d, flux)), value, hn::LoadU(d, sum)), d, sum);
-          };
-          add(0, reached.r[i], f.r);
-          add(1, reached.g[i], f.g);
-          add(2, reached.b[i], f.b);
-        });
-  }
-};
-
 /// Sink of reverse_collect(): appends to a list of pairs.
 template <KernelShape shape>
 struct Collector {
@@ -221,21 +164,30 @@ struct Collector {
   std::vector<ReversePair>& pairs;
 
   template <bool kNormals>
-  void leaf(const ReverseNode& node, std::uint32_t, const Reached& reached) {
+  void leaf(const ReverseNode& node, const Reached& reached) {
     const D d;
-    visit_pairs<kNormals>(
-        part, photons, node, reached, counts, [&](std::size_t at, std::size_t i, V u, M inside) HWY_ATTR {
-          if (hn::AllFalse(d, inside)) return;
-          HWY_ALIGN float profile[kWidth];
-          hn::Store(kernel_profile_at<shape>(D(), u), d, profile);
-          std::uint8_t bytes[8] = {};
-          hn::StoreMaskBits(d, inside, bytes);
-          for (std::uint32_t bits = bytes[0] | std::uint32_t{bytes[1]} << 8; bits != 0; bits &= bits - 1) {
-            const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
-            pairs.push_back({node.first() + static_cast<std::uint32_t>(at) + lane, reached.photons[i], profile[lane]});
-            ++counts.operations;
-          }
-        });
+    const std::size_t count = node.count();
+    const float* points = part.points + (node.first() - part.first_point) * kReverseFields;
+    for (std::size_t at = 0; at < count; at += kWidth) {
+      Lanes p;
+      p.load<kNormals>(points, count, at);
+      for (std::size_t i = 0; i < reached.count; ++i) {
+        V u;
+        const M inside = p.inside<kNormals>(photons, reached, i, u);
+        if (hn::AllFalse(d, inside)) continue;
+        HWY_ALIGN float profile[kWidth];
+        hn::Store(kernel_profile_at<shape>(D(), u), d, profile);
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(d, inside, bytes);
+        for (std::uint32_t bits = bytes[0] | std::uint32_t{bytes[1]} << 8; bits != 0; bits &= bits - 1) {
+          const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+          pairs.push_back({node.first() + static_cast<std::uint32_t>(at) + lane, reached.photons[i], profile[lane]});
+          ++counts.operations;
+        }
+      }
+      counts.steps += reached.count;
+    }
+    counts.tested += reached.count * count;
   }
 };
 
@@ -243,16 +195,6 @@ void sum(const ReverseSubtreeView& part, const ReversePhotons& photons, std::spa
          ReverseCounts& counts) {
   with_kernel_shape(photons.kernel, [&](auto shape) HWY_ATTR {
     search(part, photons, clusters, Sink<decltype(shape)::value>{part, photons, counts}, counts);
-  });
-}
-
-void sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons, std::span<const ReverseCluster> clusters,
-                const ReverseGlossy& glossy, ReverseCounts& counts) {
-  with_glossy_model(glossy.model, [&](auto model) HWY_ATTR {
-    with_kernel_shape(photons.kernel, [&](auto shape) HWY_ATTR {
-      search(part, photons, clusters,
-             GlossySink<decltype(shape)::value, decltype(model)::value>{part, photons, glossy, counts}, counts);
-    });
   });
 }
 
@@ -273,18 +215,12 @@ namespace glowworm {
 
 namespace {
 HWY_EXPORT(sum);
-HWY_EXPORT(sum_glossy);
 HWY_EXPORT(collect);
 }  // namespace
 
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons,
                  std::span<const ReverseCluster> clusters, ReverseCounts& counts) {
   HWY_DYNAMIC_DISPATCH(sum)(part, photons, clusters, counts);
-}
-
-void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                        std::span<const ReverseCluster> clusters, const ReverseGlossy& glossy, ReverseCounts& counts) {
-  HWY_DYNAMIC_DISPATCH(sum_glossy)(part, photons, clusters, glossy, counts);
 }
 
 void reverse_collect(const ReverseSubtreeView& part, const ReversePhotons& photons,

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "kernels/glossy.h"
 #include "kernels/kernel_shape.h"
 
 namespace glowworm {
@@ -83,7 +82,6 @@ struct ReversePhotons {
   const float* inverse_radius_squared;          ///< m^-2
   const float *normal_x, *normal_y, *normal_z;  ///< unit
   const float *r, *g, *b;                       ///< dPhi / (pi h^2) times the norm of the kernel, W m^-2
-  const float* directions = nullptr;            ///< x, y, z of each, unit, back along its path; for glossy points
   float min_normal_cosine = 0;                  ///< photons count if the dot product of the normals is above this
   KernelShape kernel = KernelShape::epanechnikov;
 };
@@ -110,23 +108,6 @@ struct ReverseCounts {
 /// its box reaches, and a leaf processes all its photons at once.
 void reverse_sum(const ReverseSubtreeView& part, const ReversePhotons& photons,
                  std::span<const ReverseCluster> clusters, ReverseCounts& counts);
-
-/// Numbers of the glossy points of a part; all have one model.
-struct ReverseGlossy {
-  const float* fields = nullptr;
-  /// By node minus root, for leaves: start of the leaf's numbers in `fields`. From there, field f of point i has index
-  /// f * stride + i, where stride is reverse_glossy_stride(). Padding repeats the last point.
-  const std::uint32_t* leaf = nullptr;
-  const float* tables = nullptr;
-  GlossyModel model = GlossyModel::coated;
-};
-constexpr std::size_t reverse_glossy_stride(std::size_t count) {
-  return (count + kReversePadding - 1) / kReversePadding * kReversePadding;
-}
-
-/// reverse_sum() for glossy points: each photon's contribution is multiplied by pi f towards it.
-void reverse_sum_glossy(const ReverseSubtreeView& part, const ReversePhotons& photons,
-                        std::span<const ReverseCluster> clusters, const ReverseGlossy& glossy, ReverseCounts& counts);
 
 /// A photon inside the kernel support at a point.
 struct ReversePair {

@@ -139,9 +139,9 @@ void visit_leaf(const ReverseSubtreeView& part, std::uint32_t at, const ReverseP
                 Reached& reached) {
   const auto give = [&]() HWY_ATTR {
     if (reached.check_normals) {
-      sink.template leaf<true>(part.nodes[at], at, reached);
+      sink.template leaf<true>(part.nodes[at], reached);
     } else if (reached.count > 0) {
-      sink.template leaf<false>(part.nodes[at], at, reached);
+      sink.template leaf<false>(part.nodes[at], reached);
     }
     reached.count = 0;
     reached.check_normals = false;
