@@ -27,53 +27,18 @@ struct BlockHeader {
   std::uint64_t hash = 0;  // of the packed bytes
 };
 
-using Bytes16 [[gnu::vector_size(16)]] = unsigned char;
-
-/// Bytes of a and b in turn: of their first halves, or of their second.
-Bytes16 interleave_low(Bytes16 a, Bytes16 b) {
-  return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-}
-Bytes16 interleave_high(Bytes16 a, Bytes16 b) {
-  return __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
-}
-
-/// Transposes 16 x 16 bytes. @param from_stride, to_stride bytes from row to row
-void transpose_square(const std::byte* from, std::size_t from_stride, std::byte* to, std::size_t to_stride) {
-  std::array<Bytes16, 16> rows, mixed;
-  for (std::size_t i = 0; i < 16; ++i) std::memcpy(&rows[i], from + i * from_stride, 16);
-  // A step rotates the eight bits of a byte's row and column by one; four exchange the row and the column.
-  for (int step = 0; step < 4; ++step) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      mixed[2 * i] = interleave_low(rows[i], rows[i + 8]);
-      mixed[2 * i + 1] = interleave_high(rows[i], rows[i + 8]);
-    }
-    rows = mixed;
-  }
-  for (std::size_t i = 0; i < 16; ++i) std::memcpy(to + i * to_stride, &rows[i], 16);
-}
-
-/// Copies the bytes of a matrix by columns.
-void transpose(const std::byte* from, std::size_t rows, std::size_t columns, std::byte* to) {
-  for (std::size_t r = 0; r < rows; r += 16)
-    for (std::size_t c = 0; c < columns; c += 16)
-      if (r + 16 <= rows && c + 16 <= columns) {
-        transpose_square(from + r * columns + c, columns, to + c * rows + r, rows);
-      } else {
-        for (std::size_t i = r; i < std::min(r + 16, rows); ++i)
-          for (std::size_t j = c; j < std::min(c + 16, columns); ++j) to[j * rows + i] = from[i * columns + j];
-      }
-}
-
 /// Bytes i, i + 16, i + 32, ... together. The rest that is no whole number stays at the end.
 void sort_bytes(std::span<const std::byte> from, std::byte* to) {
   const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
-  transpose(from.data(), numbers, kNumber, to);
+  for (std::size_t place = 0; place < kNumber; ++place)
+    for (std::size_t i = 0; i < numbers; ++i) to[place * numbers + i] = from[i * kNumber + place];
   std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
 }
 
 void unsort_bytes(std::span<const std::byte> from, std::byte* to) {
   const std::size_t numbers = from.size() / kNumber, whole = numbers * kNumber;
-  transpose(from.data(), kNumber, numbers, to);
+  for (std::size_t place = 0; place < kNumber; ++place)
+    for (std::size_t i = 0; i < numbers; ++i) to[i * kNumber + place] = from[place * numbers + i];
   std::copy(from.begin() + static_cast<std::ptrdiff_t>(whole), from.end(), to + whole);
 }
 

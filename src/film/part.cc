@@ -7,9 +7,10 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
+#include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/input_file.h"
@@ -19,88 +20,50 @@
 
 namespace glowworm {
 
+template <>
+inline constexpr bool kPlain<SampleRange> = sizeof(SampleRange) == 8;
+
 namespace {
 
-using nlohmann::json;
+constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '4'};
 
-constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '3'};
-
-/// Names of files are any bytes, and JSON has only characters: each byte is one of the first 256.
-std::string as_characters(const std::string& bytes) {
-  std::string text;
-  for (const char byte : bytes) {
-    const auto code = static_cast<unsigned char>(byte);
-    if (code < 0x80) {
-      text += byte;
-      continue;
-    }
-    text += static_cast<char>(0xc0 | code >> 6);
-    text += static_cast<char>(0x80 | (code & 0x3f));
+/// Settings as the words of their options.
+template <typename Archive>
+void transfer_settings(Archive& archive, RenderSettings& settings) {
+  for (const Option& option : render_options()) {
+    std::string word = Archive::kReads ? "" : option.print(settings);
+    transfer(archive, word);
+    if (Archive::kReads) option.parse(settings, word);
   }
-  return text;
+  transfer_all(archive, settings.media, settings.of_points);
 }
 
-std::string as_bytes(const std::string& text) {
-  std::string bytes;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto code = static_cast<unsigned char>(text[i]);
-    if (code < 0x80 || i + 1 == text.size()) {
-      bytes += text[i];
-      continue;
-    }
-    ++i;
-    bytes += static_cast<char>((code & 3) << 6 | (static_cast<unsigned char>(text[i]) & 0x3f));
+template <typename Archive>
+void transfer_picture(Archive& archive, PictureInfo& p) {
+  transfer_settings(archive, p.settings);
+  std::vector<std::string> names;
+  std::vector<std::array<float, 16>> matrices;
+  for (const auto& [name, matrix] : p.matrices) {
+    names.push_back(name);
+    matrices.push_back(matrix);
   }
-  return bytes;
+  transfer_all(archive, p.scene, p.scale, p.origin, p.seconds, p.photon_variance, p.objects, p.materials,
+               p.light_groups, names, matrices, p.view);
+  require(names.size() == matrices.size());
+  for (std::size_t i = 0; i < names.size(); ++i) p.matrices[names[i]] = matrices[i];
+  p.settings.light_group_count = static_cast<std::uint32_t>(p.light_groups.size());
 }
 
-json as_characters(const std::vector<std::string>& names) {
-  json out = json::array();
-  for (const std::string& name : names) out.push_back(as_characters(name));
-  return out;
-}
-
-std::vector<std::string> as_bytes(const json& names) {
-  std::vector<std::string> out;
-  for (const json& name : names) out.push_back(as_bytes(name.get<std::string>()));
-  return out;
-}
-
-json settings_to_json(RenderSettings settings) {
+std::string header_text(Part part) {
   // Those of the machine that merges.
-  settings.threads = 0;
-  settings.share.clear();
-  json out = json::object();
-  for (const Option& option : render_options()) out[option.name] = as_characters(option.print(settings));
-  return out;
-}
-
-RenderSettings settings_from_json(const json& in) {
-  RenderSettings settings;
-  for (const Option& option : render_options()) option.parse(settings, as_bytes(in.at(option.name).get<std::string>()));
-  return settings;
-}
-
-std::string header_text(const Part& part) {
-  json ranges = json::array();
-  for (const SampleRange& range : part.ranges) ranges.push_back({range.first, range.end});
-  const PictureInfo& p = part.picture;
-  const json out = {{"key", as_characters(key_text(part.key))},
-                    {"ranges", ranges},
-                    {"settings", settings_to_json(p.settings)},
-                    {"scene", as_characters(p.scene)},
-                    {"scale", p.scale},
-                    {"origin", {p.origin.x, p.origin.y, p.origin.z}},
-                    {"seconds", p.seconds},
-                    {"photon_variance", p.photon_variance},
-                    {"objects", as_characters(p.objects)},
-                    {"materials", as_characters(p.materials)},
-                    {"light_groups", as_characters(p.light_groups)},
-                    {"matrices", p.matrices},
-                    {"media", p.settings.media},
-                    {"view", p.view},
-                    {"of_points", p.settings.of_points}};
-  return out.dump();
+  part.picture.settings.threads = 0;
+  part.picture.settings.share.clear();
+  std::string text;
+  ArchiveWriter writer([&](const void* data, std::size_t size) { text.append(static_cast<const char*>(data), size); });
+  std::string key = key_text(part.key);
+  transfer_all(writer, key, part.ranges);
+  transfer_picture(writer, part.picture);
+  return text;
 }
 
 /// Whether a render can have these ranges and settings.
@@ -119,43 +82,17 @@ bool is_possible(const Part& part) {
          s.separate_layers >= (s.place_layers().any() || filters(s) || s.light_groups);
 }
 
-/// A number of samples. Converting a number that is not whole would be undefined behaviour.
-std::uint32_t sample_number(const json& in) {
-  if (!in.is_number_unsigned()) throw Error("a range of samples is not of whole numbers");
-  return in.get<std::uint32_t>();
-}
-
 /// The part whose header this is; nothing if it is none.
-std::optional<Part> parse_header(const std::string& text) {
-  const json in = json::parse(text, nullptr, false);
-  if (!in.is_object()) return std::nullopt;
+std::optional<Part> parse_header(const std::string& text) try {
+  ArchiveReader reader(std::as_bytes(std::span(text)));
   Part part;
-  try {
-    part.key = parse_key(as_bytes(in.at("key").get<std::string>()));
-    for (const json& range : in.at("ranges"))
-      part.ranges.push_back({sample_number(range.at(0)), sample_number(range.at(1))});
-    PictureInfo& p = part.picture;
-    p.settings = settings_from_json(in.at("settings"));
-    p.scene = as_bytes(in.at("scene").get<std::string>());
-    p.scale = in.at("scale").get<float>();
-    const auto origin = in.at("origin").get<std::array<float, 3>>();
-    p.origin = {origin[0], origin[1], origin[2]};
-    p.seconds = in.at("seconds").get<double>();
-    p.photon_variance = in.at("photon_variance").get<double>();
-    p.objects = as_bytes(in.at("objects"));
-    p.materials = as_bytes(in.at("materials"));
-    p.light_groups = as_bytes(in.at("light_groups"));
-    p.settings.light_group_count = static_cast<std::uint32_t>(p.light_groups.size());
-    p.settings.media = in.at("media").get<bool>();
-    p.settings.of_points = in.at("of_points").get<bool>();
-    p.matrices = in.at("matrices").get<decltype(p.matrices)>();
-    p.view = in.at("view").get<std::string>();
-  } catch (const json::exception&) {
-    return std::nullopt;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-  return is_possible(part) ? std::optional(part) : std::nullopt;
+  std::string key;
+  transfer_all(reader, key, part.ranges);
+  part.key = parse_key(key);
+  transfer_picture(reader, part.picture);
+  return reader.at_end() && is_possible(part) ? std::optional(part) : std::nullopt;
+} catch (const Error&) {
+  return std::nullopt;
 }
 
 [[noreturn]] void refuse(const std::string& path) {
