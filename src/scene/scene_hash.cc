@@ -10,15 +10,13 @@ namespace glowworm {
 
 namespace {
 
-void add(ContentHash& hash, const ColorInput& input) { hash.add(input); }
-
-void add(ContentHash& hash, const FloatInput& input) {
-  hash.add(input.value);
-  hash.add(input.texture);
-  hash.add(input.channel);
+/// Adds values without padding, one after another.
+template <typename... Values>
+void add_all(ContentHash& hash, const Values&... values) {
+  (hash.add(values), ...);
 }
 
-void add(ContentHash& hash, const Transform& map) { hash.add(map); }
+void add(ContentHash& hash, const FloatInput& input) { add_all(hash, input.value, input.texture, input.channel); }
 
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
@@ -28,34 +26,16 @@ static_assert(sizeof(Geometry) == 12 * sizeof(std::vector<Vec3>) + sizeof(std::s
 
 void add(ContentHash& hash, const Material& m) {
   hash.add(m.kind);
-  for (const ColorInput* input : color_inputs(m)) add(hash, *input);
+  for (const ColorInput* input : color_inputs(m)) hash.add(*input);
   for (const FloatInput* input : float_inputs(m)) add(hash, *input);
-  hash.add(m.eta);
-  hash.add(m.k);
-  hash.add(m.use_reflectance);
-  hash.add(m.ior);
-  hash.add(m.coat_thickness);
-  hash.add(m.coat_bounces);
-  hash.add(m.thin);
-  hash.add(m.single_sided);
-  hash.add(m.unseen);
-  hash.add(m.mix_a);
-  hash.add(m.mix_b);
-  hash.add(m.alpha_cutoff);
-  for (const float number :
-       {m.normal_scale, m.coat_normal_scale, m.anisotropy_rotation, m.iridescence_ior, m.least_film, m.dispersion})
-    hash.add(number);
-  hash.add(m.inside);
-  hash.add(m.outside);
-  hash.add(m.measured ? m.measured->hash() : 0);
-  hash.add(m.measured_up);
+  add_all(hash, m.eta, m.k, m.use_reflectance, m.ior, m.coat_thickness, m.coat_bounces, m.thin, m.single_sided,
+          m.unseen, m.mix_a, m.mix_b, m.alpha_cutoff, m.normal_scale, m.coat_normal_scale, m.anisotropy_rotation,
+          m.iridescence_ior, m.least_film, m.dispersion, m.inside, m.outside, m.measured ? m.measured->hash() : 0,
+          m.measured_up);
 }
 
 void add(ContentHash& hash, const Medium& m) {
-  for (const RGB& color : {m.sigma_a, m.sigma_s, m.emission}) hash.add(color);
-  hash.add(m.g);
-  add(hash, m.to_medium);
-  hash.add(m.bounds.has_value());
+  add_all(hash, m.sigma_a, m.sigma_s, m.emission, m.g, m.to_medium, m.bounds.has_value());
   if (m.bounds) hash.add(*m.bounds);
   hash.add(m.grid != nullptr);
   if (!m.grid) return;
@@ -84,9 +64,7 @@ std::uint64_t hash_image(const TextureImage& image) {
     parts[first / kRowsAtOnce] = hash.value();
   });
   ContentHash hash;
-  hash.add(width);
-  hash.add(image.height());
-  hash.add(image.has_alpha());
+  add_all(hash, width, image.height(), image.has_alpha());
   hash.add_array(std::span<const std::uint64_t>(parts));
   // Lookups outside the unit square depend on the wrap mode.
   for (const float t : {-1.3f, -0.3f, 1.3f, 2.3f})
@@ -95,53 +73,28 @@ std::uint64_t hash_image(const TextureImage& image) {
 }
 
 void add(ContentHash& hash, const TextureNode& t) {
-  hash.add(t.kind);
-  hash.add(t.value);
-  hash.add(t.from_alpha);
-  hash.add(t.invert);
-  hash.add(t.second_uv);
-  hash.add(t.uv_scale);
-  hash.add(t.uv_offset);
-  hash.add(t.uv_rotation);
-  for (const std::uint32_t child : {t.child_a, t.child_b, t.child_amount}) hash.add(child);
+  add_all(hash, t.kind, t.value, t.from_alpha, t.invert, t.second_uv, t.uv_scale, t.uv_offset, t.uv_rotation, t.child_a,
+          t.child_b, t.child_amount);
 }
 
 void add(ContentHash& hash, const Light& l) {
-  hash.add(l.kind);
-  hash.add(l.intensity);
-  hash.add(l.position);
-  hash.add(l.direction);
-  hash.add(l.cos_inner);
-  hash.add(l.cos_outer);
-  hash.add(l.falloff);
-  hash.add(l.right);
-  hash.add(l.table ? l.table->hash() : 0);
+  add_all(hash, l.kind, l.intensity, l.position, l.direction, l.cos_inner, l.cos_outer, l.falloff, l.right,
+          l.table ? l.table->hash() : 0);
 }
 
 void add(ContentHash& hash, const Environment& e) {
-  hash.add(e.scale);
-  hash.add(e.width);
-  hash.add(e.height);
+  add_all(hash, e.scale, e.width, e.height);
   hash.add_array(std::span(e.pixels));
-  hash.add(e.mapping);
-  add(hash, e.to_world);
-  hash.add(e.sky.has_value());
+  add_all(hash, e.mapping, e.to_world, e.sky.has_value());
   if (e.sky) hash.add(*e.sky);
   // Their function has no bytes to hash; a division into as many parts is taken to be the same.
-  hash.add(e.parts ? e.parts->count : 1);
-  hash.add(e.stands_in);
+  add_all(hash, e.parts ? e.parts->count : 1, e.stands_in);
 }
 
 std::uint64_t hash_geometry(const Geometry& g) {
   ContentHash hash;
-  hash.add_array(std::span(g.positions));
-  hash.add_array(std::span(g.normals));
-  hash.add_array(std::span(g.uvs));
-  hash.add_array(std::span(g.second_uvs));
-  hash.add_array(std::span(g.colors));
-  hash.add_array(std::span(g.triangles));
-  hash.add_array(std::span(g.material));
-  hash.add_array(std::span(g.emission));
+  const auto add_arrays = [&](const auto&... arrays) { (hash.add_array(std::span(arrays)), ...); };
+  add_arrays(g.positions, g.normals, g.uvs, g.second_uvs, g.colors, g.triangles, g.material, g.emission);
   // Names of objects do not affect samples.
   for (const ObjectStart& object : g.objects) hash.add(object.first_triangle);
   for (const auto& mesh : g.meshes) hash.add(hash_geometry(*mesh));
@@ -168,12 +121,8 @@ std::uint64_t hash_materials(const Scene& scene) {
 std::uint64_t hash_lights(const Scene& scene) {
   ContentHash hash;
   for (const Emission& emission : scene.emissions()) {
-    add(hash, emission.radiance);
-    hash.add(emission.two_sided);
-    if (!emission.profile) continue;
-    hash.add(emission.profile->hash());
-    hash.add(emission.aim);
-    hash.add(emission.right);
+    add_all(hash, emission.radiance, emission.two_sided);
+    if (emission.profile) add_all(hash, emission.profile->hash(), emission.aim, emission.right);
   }
   for (const Light& light : scene.lights()) add(hash, light);
   hash.add(scene.environment().has_value());
@@ -185,12 +134,7 @@ std::uint64_t hash_lights(const Scene& scene) {
 
 std::uint64_t hash_camera(const Camera& c) {
   ContentHash hash;
-  hash.add(c.kind);
-  add(hash, c.to_world);
-  hash.add(c.half_extent);
-  hash.add(c.window);
-  hash.add(c.lens_radius);
-  hash.add(c.focal_distance);
+  add_all(hash, c.kind, c.to_world, c.half_extent, c.window, c.lens_radius, c.focal_distance);
   return hash.value();
 }
 
