@@ -65,4 +65,8 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
   return nullptr;
 }
 
+void finish_job(Job& job, bool quiet, double before, double share) {
+  if (const std::exception_ptr failure = attend(job, quiet, {}, before, share)) std::rethrow_exception(failure);
+}
+
 }  // namespace glowworm

@@ -21,4 +21,7 @@ struct RepeatedWork {
 std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, double before = 0,
                           double share = 1);
 
+/// Does the same without repeated work, and throws the job's exception.
+void finish_job(Job& job, bool quiet, double before = 0, double share = 1);
+
 }  // namespace glowworm

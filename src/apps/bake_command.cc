@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -42,16 +41,12 @@ namespace glowworm {
 
 namespace {
 
-struct BakeOptions {
-  std::string scene, command_line, output, atlas_picture, resume, from, format = "emissive", light = "all",
-                                                                        texture = "png";
+struct BakeOptions : LightOptions {
+  std::string output, atlas_picture, resume, from, format = "emissive", light = "all", texture = "png";
   std::optional<float> exposure;  ///< stops; none: chosen by the light
   double texels_per_metre = 0, spacing = 0;
   bool allow_outside = false;
   std::uint32_t side = 0;
-  ReportOptions report;
-  TableOptions table;
-  SceneOptions changes;
   RenderSettings settings;  ///< of the table, for this bake
 
   bool is_probes() const { return format == "probes"; }
@@ -79,7 +74,7 @@ void check_places(const BakeOptions& o) {
 
 void resolve_options(BakeOptions& o) {
   o.settings = o.table.settings;
-  if (o.settings.memory_bytes == 0) o.settings.memory_bytes = default_memory_bytes();
+  o.settings.memory_bytes = o.memory_bytes();
   if (o.light == "indirect") o.settings.indirect_only = true;
   const char* const expected = o.is_probes() ? ".json" : ".glb";
   const std::string ending = lower_ending(o.output);
@@ -310,8 +305,7 @@ int finish(const BakeOptions& o, const Scene& scene, const Tracer& tracer, Baked
 }
 
 int run_bake(BakeOptions& o) {
-  o.report.apply();
-  set_thread_count(o.table.settings);
+  o.apply();
   resolve_options(o);
   OutputFiles files;
   prepare_outputs(o, files);
@@ -418,8 +412,7 @@ void add_bake_command(CLI::App& program, const std::string& command_line, int& e
   CLI::App* c = program.add_subcommand("bake", "Writes a scene with its light in textures (GLB).");
   add_scene_argument(*c, o->scene);
   add_texture_options(*c, *o);
-  add_scene_options(*c, o->changes);
-  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::bake, o->table);
+  add_method_options(*c, Command::bake, *o);
   add_text(*c, "Effort", "--resume", o->resume, "FILE",
            "Keep a checkpoint in a file, and continue from it if it exists");
   add_text(*c, "Effort", "--from", o->from, "PART",

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
-#include <exception>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -26,7 +25,6 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "measure/annual_metrics.h"
-#include "measure/doubts.h"
 #include "measure/find_year.h"
 #include "measure/measurement.h"
 #include "measure/view_year.h"
@@ -39,17 +37,19 @@ namespace glowworm {
 
 namespace {
 
-struct DaylightOptions {
-  std::string scene, command_line, weather, output, metrics, hours = "8-18", schedule, shade_schedule;
+struct DaylightOptions : LightOptions {
+  std::string weather, output, metrics, hours = "8-18", schedule, shade_schedule;
   std::string write_matrix, write_sky, sky_matrix, useful = "100,300,3000";
   SensorOptions sensors;
   std::vector<std::string> shades, boxes;
   std::string views, dgp;
   std::uint32_t patches = 145, side = kViewSide;
   double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
-  ReportOptions report;
-  TableOptions table;
-  SceneOptions changes;
+
+  /// Shows the progress of a part of the work.
+  auto attended() const {
+    return [quiet = report.quiet](Job& job, YearProgress part) { finish_job(job, quiet, part.before, part.share); };
+  }
 };
 
 MetricLimits limits_of(const DaylightOptions& o) {
@@ -137,12 +137,8 @@ struct ReadScene {
   YearScene sky;
 };
 
-ReadScene open_lit(const DaylightOptions& o, const std::string& path, const YearInputs& inputs,
-                   std::uint64_t memory_bytes, OutputFiles& files) {
-  ImportOptions import_options;
-  import_options.budget = loading_budget(memory_bytes);
-  std::shared_ptr<const Scene> plain = lit_by_its_own(open_scene(path, import_options, o.changes.changes, &files));
-  tell_notes(*plain, path);
+ReadScene open_lit(DaylightOptions& o, const std::string& path, const YearInputs& inputs, OutputFiles& files) {
+  std::shared_ptr<const Scene> plain = open_measured_scene(o, path, files);
   YearScene sky = under_sky(*plain, inputs.model);
   return {std::move(plain), std::move(sky)};
 }
@@ -151,10 +147,7 @@ ReadScene open_lit(const DaylightOptions& o, const std::string& path, const Year
 std::optional<FoundState> find_shown(const DaylightOptions& o, const ReadScene& scene, const Sensors& sensors,
                                      const YearInputs& inputs) {
   return find_state(*scene.plain, scene.sky, sensors, o.sensors.on_surfaces(), inputs.model, o.table.settings,
-                    [&](Job& job, YearProgress part) {
-                      const std::exception_ptr failure = attend(job, o.report.quiet, {}, part.before, part.share);
-                      if (failure) std::rethrow_exception(failure);
-                    });
+                    o.attended());
 }
 
 /// The eyes of views as sensors that face as they do.
@@ -178,14 +171,8 @@ bool rate_state(const DaylightOptions& o, const ReadScene& scene, const std::vec
   if (views.empty()) return true;
   std::vector<Camera> cameras;
   for (const RadianceView& view : views) cameras.push_back(camera_of(view, *scene.plain));
-  return rate_views(
-      *scene.plain, cameras, o.side, inputs.model, hours_of_state(inputs.model.sky, inputs.state_of_hour, state),
-      o.table.settings,
-      [&](Job& job, YearProgress part) {
-        const std::exception_ptr failure = attend(job, o.report.quiet, {}, part.before, part.share);
-        if (failure) std::rethrow_exception(failure);
-      },
-      out);
+  return rate_views(*scene.plain, cameras, o.side, inputs.model,
+                    hours_of_state(inputs.model.sky, inputs.state_of_hour, state), o.table.settings, o.attended(), out);
 }
 
 RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,
@@ -250,18 +237,16 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
 }
 
 int run_daylight(DaylightOptions& o) {
-  o.report.apply();
-  set_thread_count(o.table.settings);
+  o.apply();
   check_options(o);
   for (const std::string& box : o.boxes) read_command_line([&] { parse_rated_box(box); });
   OutputFiles files = files_of(o);
-  const std::uint64_t memory_bytes =
-      o.table.settings.memory_bytes > 0 ? o.table.settings.memory_bytes : default_memory_bytes();
+  const std::uint64_t memory_bytes = o.memory_bytes();
   const YearInputs inputs = read_inputs(o);
   const std::vector<RadianceView> views = o.views.empty() ? std::vector<RadianceView>() : read_fisheyes(o.views);
   std::vector<ViewYear> rated_views(views.size(), ViewYear(inputs.model.sky.hours.size()));
   const SunGrid& suns = inputs.model.suns;
-  const ReadScene first = open_lit(o, o.scene, inputs, memory_bytes, files);
+  const ReadScene first = open_lit(o, o.scene, inputs, files);
   MemoryBudget budget(memory_bytes);
   std::vector<Zone> zones;
   const Sensors sensors = o.sensors.are_given() ? make_sensors(o.sensors, *first.sky.tracer, budget, zones, false)
@@ -275,7 +260,7 @@ int run_daylight(DaylightOptions& o) {
   std::vector<YearState> states;
   std::vector<float> relative_error;  // of the first state
   for (std::size_t state = 0; state <= o.shades.size(); ++state) {
-    const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, memory_bytes, files);
+    const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, files);
     if (measures(o)) {
       std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
       if (!here) return kExitSignalled + caught_interrupt();
@@ -377,8 +362,7 @@ void add_daylight_command(CLI::App& program, const std::string& command_line, in
   add_scene_argument(*c, o->scene);
   add_sensor_options(*c, o->sensors);
   add_year_options(*c, *o);
-  add_scene_options(*c, o->changes);
-  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_method_options(*c, Command::measure, *o);
   add_report_options(*c, false, o->report);
   c->footer(kDaylightFooter);
   c->callback([o, &exit_status] { exit_status = run_daylight(*o); });

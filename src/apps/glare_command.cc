@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -26,27 +25,21 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/text.h"
-#include "measure/doubts.h"
 #include "measure/glare.h"
 #include "measure/glare_picture.h"
 #include "measure/measurement.h"
 #include "measure/sky_rays.h"
 #include "scene/light_rig.h"
 #include "scene/radiance_view.h"
-#include "session/command_text.h"
 
 namespace glowworm {
 
 namespace {
 
-struct GlareOptions {
-  std::string scene, command_line, views, view, output, picture, task;
-  std::vector<std::string> lights;
+struct GlareOptions : LightOptions {
+  std::string views, view, output, picture, task;
   double threshold = kGlareThreshold;
   std::uint32_t side = 512;
-  ReportOptions report;
-  TableOptions table;
-  SceneOptions changes;
 };
 
 /// Whether a picture is rated, and not views of a scene.
@@ -203,32 +196,15 @@ void warn_of_lamps_without_size(const Scene& scene) {
                     count));
 }
 
-/// The scene with the changes of its lights.
-std::shared_ptr<const Scene> lit_scene(GlareOptions& o, std::shared_ptr<MemoryBudget> budget, OutputFiles& files) {
-  read_command_line([&] {
-    take_luminaires(o.lights, o.changes.changes);
-    for (const std::string& light : o.lights) parse_light_edit(light);
-  });
-  ImportOptions import_options;
-  import_options.budget = std::move(budget);
-  std::shared_ptr<const Scene> scene = open_scene(o.scene, import_options, o.changes.changes, &files);
-  std::string camera;
-  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
-  scene = lit_by_its_own(scene);
-  tell_notes(*scene, o.scene);
-  return scene;
-}
-
 int run_glare(GlareOptions& o) {
-  o.report.apply();
-  set_thread_count(o.table.settings);
+  o.apply();
   task_of(o);
   if (rates_picture(o)) return rate_picture(o);
   if (o.views.empty()) throw CommandLineError("no views were given", "Give --views FILE with a line for each view.");
   if (!o.view.empty())
     throw CommandLineError("--view is for pictures, but a scene was given", "Give --views FILE for views of a scene.");
   RenderSettings asked = o.table.settings;
-  if (asked.memory_bytes == 0) asked.memory_bytes = default_memory_bytes();
+  asked.memory_bytes = o.memory_bytes();
   asked.width = asked.height = static_cast<int>(o.side);
   asked.bounds = {0, 0, asked.width, asked.height};
   asked.separate_layers = false;
@@ -238,7 +214,7 @@ int run_glare(GlareOptions& o) {
   const std::vector<RadianceView> views = read_fisheyes(o.views);
   const std::vector<std::string> pictures = picture_names(o, views.size());
   add_outputs(o, pictures, files);
-  std::shared_ptr<const Scene> scene = lit_scene(o, loading_budget(asked.memory_bytes), files);
+  std::shared_ptr<const Scene> scene = open_measured_scene(o, o.scene, files);
   SceneEdit edit{scene->emissions(), scene->lights(), scene->environment(), scene->shared_geometry(), {}, ""};
   std::vector<std::string> names;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -257,7 +233,7 @@ int run_glare(GlareOptions& o) {
     asked.camera = names[i];
     const Camera& camera = scene->camera(asked.camera);
     Job job(scene, tracer, asked, nullptr, {}, nullptr, nullptr, maps);
-    if (const std::exception_ptr failure = attend(job, o.report.quiet, {})) std::rethrow_exception(failure);
+    finish_job(job, o.report.quiet);
     if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
     const GlarePicture picture = picture_of(job);
     const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera, o.side), threshold_of(o, picture));
@@ -309,8 +285,7 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
       ->excludes(threshold);
   add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
   add_light_option(*c, "Scene", o->lights);
-  add_scene_options(*c, o->changes);
-  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_method_options(*c, Command::measure, *o);
   add_report_options(*c, false, o->report);
   c->footer(kGlareFooter);
   c->callback([o, &exit_status] { exit_status = run_glare(*o); });

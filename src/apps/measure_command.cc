@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -36,24 +35,20 @@
 #include "measure/sky_patches.h"
 #include "measure/zones.h"
 #include "scene/light_groups.h"
-#include "session/command_text.h"
 #include "settings/settings.h"
 
 namespace glowworm {
 
 namespace {
 
-struct MeasureOptions {
-  std::string scene, command_line, page;
+struct MeasureOptions : LightOptions {
+  std::string page;
   SensorOptions sensors;
-  std::vector<std::string> outputs, lights;
+  std::vector<std::string> outputs;
   bool melanopic = false;
   std::vector<std::string> spectra;  ///< LAMP=SPECTRUM
   int sky_patches = 0;               ///< 0: no matrix
   std::optional<ColorScale> scale;   ///< lx, of pictures
-  ReportOptions report;
-  TableOptions table;
-  SceneOptions changes;
 };
 
 /// The writer for a file of this name. Throws CommandLineError for an unknown ending.
@@ -85,7 +80,7 @@ void check_outputs(const MeasureOptions& o) {
   }
 }
 
-void check_options(MeasureOptions& o) {
+void check_options(const MeasureOptions& o) {
   o.sensors.check();
   if (o.outputs.empty() && o.page.empty())
     throw CommandLineError("no output was given", "Give -o FILE or --report FILE.");
@@ -94,8 +89,6 @@ void check_options(MeasureOptions& o) {
                            "Give --zone NAME=..., without --sky-patches.");
   check_outputs(o);
   read_command_line([&] {
-    take_luminaires(o.lights, o.changes.changes);
-    for (const std::string& light : o.lights) parse_light_edit(light);
     for (const std::string& spectrum : o.spectra) parse_lamp_spectrum(spectrum);
     if (!o.spectra.empty() && !o.melanopic) throw Error("--spectrum has no effect", "Give --melanopic, too.");
     if (o.melanopic && o.sky_patches > 0)
@@ -108,7 +101,7 @@ void check_options(MeasureOptions& o) {
 /// The settings that were asked for.
 RenderSettings asked_settings(const MeasureOptions& o) {
   RenderSettings s = o.table.settings;
-  if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
+  s.memory_bytes = o.memory_bytes();
   if (o.melanopic) s.light_groups = s.separate_layers = true;
   return s;
 }
@@ -121,9 +114,7 @@ SensorPlan plan_of(const MeasureOptions& o, const std::shared_ptr<const Scene>& 
   const bool is_chosen = std::any_of(o.table.given.begin(), o.table.given.end(),
                                      [](const Option* option) { return option->name == std::string("--integrator"); });
   if (is_chosen) return {sensor_settings(asked), ""};
-  return plan_sensors(scene, tracer, grid, asked, [](Job& pilot) {
-    if (const std::exception_ptr failure = attend(pilot, true, {})) std::rethrow_exception(failure);
-  });
+  return plan_sensors(scene, tracer, grid, asked, [](Job& pilot) { finish_job(pilot, true); });
 }
 
 std::string report_of(const MeasureOptions& o, const std::vector<Zone>& zones, const Measurement& measurement,
@@ -196,8 +187,7 @@ std::vector<AlphaOpic> light_efficacies(const MeasureOptions& o, const Scene& sc
 }
 
 int run_measure(MeasureOptions& o) {
-  o.report.apply();
-  set_thread_count(o.table.settings);
+  o.apply();
   check_options(o);
   const RenderSettings asked = asked_settings(o);
   OutputFiles files;
@@ -208,12 +198,7 @@ int run_measure(MeasureOptions& o) {
   files.add("--stats", o.report.statistics);
   files.probe_all();
   const auto start = std::chrono::steady_clock::now();
-  std::string camera;
-  std::shared_ptr<const Scene> scene =
-      open_scene(o.scene, {loading_budget(asked.memory_bytes)}, o.changes.changes, &files);
-  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
-  scene = lit_by_its_own(scene);
-  tell_notes(*scene, o.scene);
+  std::shared_ptr<const Scene> scene = open_measured_scene(o, o.scene, files);
   if (o.sky_patches > 0) scene = std::make_shared<const Scene>(scene_under_patches(*scene, SkyPatches(o.sky_patches)));
   const auto loaded = std::chrono::steady_clock::now();
   const auto tracer = std::make_shared<const Tracer>(*scene);
@@ -235,8 +220,7 @@ int run_measure(MeasureOptions& o) {
     inform(fmt::format("{} patches of the sky and the ground; other lights are off", o.sky_patches));
   if (!plan.reason.empty()) detail("chosen: " + plan.reason);
   for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-  const std::exception_ptr failure = attend(job, o.report.quiet, {});
-  if (failure) std::rethrow_exception(failure);
+  finish_job(job, o.report.quiet);
   if (job.snapshot().whole_passes() < 2) {
     warn("the measurement ended before every sensor had two samples: no file was written");
     return job.ending() == Ending::cancelled ? kExitSignalled + caught_interrupt() : 1;
@@ -312,8 +296,7 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
            "F11; a colour temperature (K); or a file of nm and power, .spd or .csv");
   add_false_color_option(*c, "Sensors", "Scale of .png and .html from LOW to HIGH (lx)", o->scale);
   add_light_option(*c, "Scene", o->lights);
-  add_scene_options(*c, o->changes);
-  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(*c, group, Command::measure, o->table);
+  add_method_options(*c, Command::measure, *o);
   add_report_options(*c, true, o->report);
   c->footer(kMeasureFooter);
   c->callback([o, &exit_status] { exit_status = run_measure(*o); });

@@ -7,14 +7,30 @@
 #include <algorithm>
 #include <utility>
 
-#include "apps/table_options.h"
 #include "builtin/builtin.h"
-#include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
 #include "import/ies/luminaire.h"
+#include "measure/doubts.h"
+#include "scene/light_rig.h"
+#include "session/command_text.h"
+#include "settings/settings.h"
 
 namespace glowworm {
+
+std::uint64_t LightOptions::memory_bytes() const {
+  return table.settings.memory_bytes > 0 ? table.settings.memory_bytes : default_memory_bytes();
+}
+
+void LightOptions::apply() const {
+  report.apply();
+  set_thread_count(table.settings);
+}
+
+void add_method_options(CLI::App& command, Command which, LightOptions& options) {
+  add_scene_options(command, options.changes);
+  for (const char* group : {"Method", "Effort", "Machine"}) add_table_options(command, group, which, options.table);
+}
 
 void add_scene_argument(CLI::App& command, std::string& scene) {
   command
@@ -66,6 +82,21 @@ std::shared_ptr<const Scene> open_scene(const std::string& path, const ImportOpt
   } catch (const Error& error) {
     throw Error(FilePlace{path}, error.what());
   }
+}
+
+std::shared_ptr<const Scene> open_measured_scene(LightOptions& o, const std::string& path, OutputFiles& files) {
+  read_command_line([&] {
+    take_luminaires(o.lights, o.changes.changes);
+    for (const std::string& light : o.lights) parse_light_edit(light);
+  });
+  ImportOptions options;
+  options.budget = loading_budget(o.memory_bytes());
+  std::shared_ptr<const Scene> scene = open_scene(path, options, o.changes.changes, &files);
+  std::string camera;
+  read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
+  scene = lit_by_its_own(scene);
+  tell_notes(*scene, path);
+  return scene;
 }
 
 void tell_notes(const Scene& scene, const std::string& path) {
