@@ -78,11 +78,6 @@ void GatherRays::put(std::size_t i, const PathState& path) {
   medium[i] = path.medium;
 }
 
-void GatherRays::resize(std::size_t n, std::uint32_t cell) {
-  stratum.resize(n, cell);
-  resize(n);
-}
-
 GatherDensity::GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide)
     : points_(&points), guide_(guide), point_(point) {
   const Bsdf& bsdf = points.bsdf[point];

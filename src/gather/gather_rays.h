@@ -45,9 +45,6 @@ struct GatherRays : Batch<GatherRays> {
   /// Ray i as a path, and the path as ray i.
   PathState path(std::size_t i) const { return {rays[i], weight[i], pdf[i], scattered_at[i], medium[i]}; }
   void put(std::size_t i, const PathState& path);
-  using Batch::resize;
-
-  void resize(std::size_t n, std::uint32_t cell);
   void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
     add(ray, w, density, gather_point, cell, Segment::first, 0u, 0.0f, PathMedium(), Vec3());
   }
