@@ -21,6 +21,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(HERE)
 OUT = os.path.join(ROOT, "build", "blender-time")
 FEW, REFERENCE = 16, 256  # samples
+# Path tracers that read scenes of others, by their names as packages; POV-Ray and Sunflow read their own languages alone.
+RENDERERS = ("appleseed", "luxcorerender", "mitsuba", "pbrt", "radiance", "yafaray")
 
 
 def start_blender():
@@ -97,6 +99,14 @@ def row(renders, name, denoises):
     return f"| {name} | {seconds:.1f} | {samples} | {their_seconds:.1f} | {' | '.join(texts)} |"
 
 
+def others():
+    """What the package lists of this machine have of other renderers."""
+    found = subprocess.run(["apt-cache", "search", "--names-only", f"^({'|'.join(RENDERERS)})"], capture_output=True,
+                           text=True, check=True).stdout.splitlines()
+    names = ", ".join(line.split()[0] for line in found) or "none"
+    return f"Of other renderers ({', '.join(RENDERERS)}), Debian packages {names}."
+
+
 def main():
     import bpy
     tests = os.path.join(ROOT, "addons", "blender", "tests")
@@ -113,7 +123,8 @@ def main():
              "ours, by Cycles"]
     lines = ["# Against Cycles at equal processor time", "",
              f"`bench/tables_blender.py`, Blender {bpy.app.version_string}, pictures of 96 x 64. Errors in %, against the same "
-             "program;", "the last column is ours against Cycles, with all differences of materials and lamps.", "", "| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
+             "program;", "the last column is ours against Cycles, with all differences of materials and lamps.", others(),
+             "", "| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
     for build in scenes.SCENES:
         if names and build.__name__ not in names:
             continue
