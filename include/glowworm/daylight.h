@@ -1,6 +1,7 @@
 // Daylight of a year at points, by a weather file.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -12,7 +13,7 @@
 
 namespace glowworm::api {
 
-/// Options of daylight().
+/// Options of daylight() and annual_glare().
 struct DaylightOptions {
   /// Seed, memory, samples (two a round), noise (0: 2.5%, or none with a time) and time. The rest of a picture is not
   /// used.
@@ -34,6 +35,8 @@ struct DaylightOptions {
   double sun_lux = 1000, sun_hours = 250;        ///< lx of the sun without any bounce, and hours of it, of ASE
   std::array<double, 3> useful{100, 300, 3000};  ///< lx: limits of useful daylight illuminance, rising
   double glare = 0.4;                            ///< simplified daylight glare probability from which hours count
+
+  int view_pixels = 128;  ///< along a side of the pictures of annual_glare(), 16 to 1024
 };
 
 /// The daylight of a year. Shares are of the occupied hours, from 0 to 1; those of sensors have one entry a sensor.
@@ -59,7 +62,24 @@ struct Daylight {
   double sun_exposure = 0;      ///< ASE: share of the area with more than sun_hours
 };
 
-/// Names for RenderOptions::more of daylight().
+/// Glare of a view; 0 in hours without light.
+struct ViewGlare {
+  std::vector<float> dgp;          ///< daylight glare probability of each hour of the weather file
+  std::vector<float> illuminance;  ///< lx on the plane across the view, in each hour
+  /// Standard errors of both: the truth lies within twice of them with a chance of 95%. What the number of pixels and
+  /// the sky's patches leave out is not part of them.
+  std::vector<float> dgp_error, illuminance_error;
+  double exceeded = 0;  ///< DGP that 5% of the occupied hours exceed (EN 17037:2018)
+  std::size_t perceptible = 0, disturbing = 0, intolerable = 0;  ///< occupied hours with DGP above 0.35, 0.40, 0.45
+};
+
+/// The glare of a year.
+struct AnnualGlare {
+  std::vector<Daylight::Hour> hours;  ///< of the weather file
+  std::vector<ViewGlare> views;
+};
+
+/// Names for RenderOptions::more of daylight() and annual_glare().
 std::vector<std::string> daylight_option_names();
 
 /// Finds the daylight of all hours of a weather file at points, as `glowworm daylight` does. The scene's own lights are
@@ -71,5 +91,14 @@ std::vector<std::string> daylight_option_names();
 Daylight daylight(const Scene& scene, const std::string& weather, std::span<const Vec3> position,
                   std::span<const Vec3> normal, const DaylightOptions& options = {},
                   const std::function<void(double)>& progress = {});
+
+/// Rates the glare of views in all hours of a weather file by their luminances, as `glowworm daylight --views` does.
+/// The scene's own lights are off.
+/// @param views fisheye or hemispherical, with a field of view of at most 180 degrees
+/// @param options of those of sensors (on_surfaces, area, and thresholds), none has an effect
+/// @param progress as of daylight()
+/// Throws Error as daylight() does, for other views, and where pictures take more than half of the memory.
+AnnualGlare annual_glare(const Scene& scene, const std::string& weather, std::span<const Camera> views,
+                         const DaylightOptions& options = {}, const std::function<void(double)>& progress = {});
 
 }  // namespace glowworm::api

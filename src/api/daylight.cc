@@ -18,6 +18,7 @@
 #include "measure/annual_metrics.h"
 #include "measure/doubts.h"
 #include "measure/find_year.h"
+#include "measure/view_year.h"
 #include "settings/options.h"
 
 namespace glowworm::api {
@@ -87,22 +88,64 @@ std::vector<float> area_of(const DaylightOptions& o, std::size_t sensors) {
   return o.area;
 }
 
+/// What is read before any scene.
+struct YearInputs {
+  RenderSettings asked;
+  MetricLimits limits;
+  std::vector<Daylight::Hour> hours;
+  YearModel model;
+  std::vector<std::uint8_t> occupied;
+};
+
+YearInputs read_inputs(const DaylightOptions& o, const std::string& path) {
+  const RenderSettings asked = settings_of(o.render, Command::measure);
+  check_year_settings(asked);
+  const MetricLimits limits = limits_of(o);
+  const WeatherYear weather = parse_weather_year(read_input_file(path), path);
+  for (const std::string& note : weather.notes) warn(path + ": " + note);
+  YearInputs out{asked, limits, {}, YearModel(weather, path, o.sky_patches, o.ground, o.sun_step), {}};
+  out.occupied = occupied_of(o, weather.hours);
+  check_shades(o, weather.hours.size());
+  for (const WeatherHour& hour : weather.hours) out.hours.push_back({hour.moment.month, hour.moment.day, hour.hour});
+  return out;
+}
+
+/// Waits for the Jobs of one of the states of a scene. @param state 0 for the scene itself
+auto waiter(const DaylightOptions& o, std::size_t state, const std::function<void(double)>& progress) {
+  const double each = 1.0 / static_cast<double>(o.shades.size() + 1);
+  return [=, &progress](Job& job, YearProgress part) {
+    attend(
+        job, !progress ? progress : [&](double share) {
+          progress((static_cast<double>(state) + part.before + part.share * share) * each);
+        });
+  };
+}
+
+std::vector<glowworm::Camera> cameras_of(std::span<const Camera> views, const glowworm::Scene& scene) {
+  std::vector<glowworm::Camera> out;
+  for (const Camera& view : views) {
+    const bool is_rated =
+        view.projection == Camera::Projection::fisheye || view.projection == Camera::Projection::hemispherical;
+    if (!is_rated || view.field_of_view > 180)
+      throw Error("camera '" + view.name + "' does not show the half space before an eye",
+                  "Give a fisheye or hemispherical camera with a field_of_view of 180.");
+    out.push_back(inner(view));
+    out.back().to_world.translation = scene.inside(out.back().to_world.translation);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<std::string> daylight_option_names() { return option_names(Command::measure); }
 
 Daylight daylight(const Scene& scene, const std::string& weather_path, std::span<const Vec3> position,
                   std::span<const Vec3> normal, const DaylightOptions& o, const std::function<void(double)>& progress) {
-  RenderSettings asked = settings_of(o.render, Command::measure);
-  check_year_settings(asked);
-  const MetricLimits limits = limits_of(o);
-  const WeatherYear weather = parse_weather_year(read_input_file(weather_path), weather_path);
-  for (const std::string& note : weather.notes) warn(weather_path + ": " + note);
-  const YearModel model(weather, weather_path, o.sky_patches, o.ground, o.sun_step);
-  const std::vector<std::uint8_t> occupied = occupied_of(o, weather.hours);
-  check_shades(o, weather.hours.size());
+  YearInputs inputs = read_inputs(o, weather_path);
+  const YearModel& model = inputs.model;
+  const RenderSettings& asked = inputs.asked;
   const std::vector<float> area = area_of(o, position.size());
-  check_year_room(position.size(), weather.hours.size(), 1 + o.shades.size(),
+  check_year_room(position.size(), inputs.hours.size(), 1 + o.shades.size(),
                   asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes());
   std::vector<YearState> states;
   Daylight out;
@@ -116,25 +159,41 @@ Daylight daylight(const Scene& scene, const std::string& weather_path, std::span
       first = plain;
       sensors = sensors_of(position, normal, *sky.tracer, o.on_surfaces);
     }
-    const double each = 1.0 / static_cast<double>(o.shades.size() + 1);
-    const auto wait = [&](Job& job, YearProgress part) {
-      attend(
-          job, !progress ? progress : [&](double share) {
-            progress((static_cast<double>(i) + part.before + part.share * share) * each);
-          });
-    };
-    std::optional<FoundState> found =
-        find_state(*plain, sky, moved_sensors(sensors, *first, *plain), o.on_surfaces, model, asked, wait);
+    std::optional<FoundState> found = find_state(*plain, sky, moved_sensors(sensors, *first, *plain), o.on_surfaces,
+                                                 model, asked, waiter(o, i, progress));
     if (!found) throw Cancelled();
     if (i == 0) out.relative_error = std::move(found->relative_error);
     states.push_back(std::move(found->state));
   }
   Year year = year_of(model.sky, model.suns, states, o.shade_of_hour);
-  add_metrics(year, occupied, limits, area, out);
+  add_metrics(year, inputs.occupied, inputs.limits, area, out);
   out.daylight_factor = share_under(states.front().coefficients, overcast_sky(model.patches, model.ground));
-  for (const WeatherHour& hour : weather.hours) out.hours.push_back({hour.moment.month, hour.moment.day, hour.hour});
+  out.hours = std::move(inputs.hours);
   out.illuminance = std::move(year.total);
   out.sun = std::move(year.sun);
+  return out;
+}
+
+AnnualGlare annual_glare(const Scene& scene, const std::string& weather_path, std::span<const Camera> views,
+                         const DaylightOptions& o, const std::function<void(double)>& progress) {
+  if (views.empty()) throw Error("there are no views to rate");
+  if (o.view_pixels < 16 || o.view_pixels > 1024)
+    throw Error(fmt::format("view_pixels is {}, and not from 16 to 1024", o.view_pixels));
+  YearInputs inputs = read_inputs(o, weather_path);
+  std::vector<ViewYear> rated(views.size(), ViewYear(inputs.hours.size()));
+  for (std::size_t i = 0; i <= o.shades.size(); ++i) {
+    const auto plain = lit_by_its_own((i == 0 ? scene : o.shades[i - 1]).implementation().scene);
+    if (!rate_views(*plain, cameras_of(views, *plain), static_cast<std::uint32_t>(o.view_pixels), inputs.model,
+                    hours_of_state(inputs.model.sky, o.shade_of_hour, i), inputs.asked, waiter(o, i, progress), rated))
+      throw Cancelled();
+  }
+  AnnualGlare out{std::move(inputs.hours), {}};
+  for (ViewYear& view : rated) {
+    const GlareMetrics m = glare_metrics(view.dgp, inputs.occupied);
+    out.views.push_back({std::move(view.dgp), std::move(view.illuminance), std::move(view.dgp_error),
+                         std::move(view.illuminance_error), m.exceeded, m.hours_above[0], m.hours_above[1],
+                         m.hours_above[2]});
+  }
   return out;
 }
 

@@ -37,6 +37,15 @@ void check_light(Rgb c, const char* what) {
 
 void check_finite(Vec3 v, const std::string& what) { check(is_finite(inner(v)), what + " is not finite", ""); }
 
+template <typename T>
+std::vector<std::string> names_of(const std::vector<T>& things) {
+  std::vector<std::string> names;
+  for (const T& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+}  // namespace
+
 glowworm::Camera inner(const Camera& camera) {
   const std::string name = "camera '" + camera.name + "'";
   for (const Vec3& v : {camera.eye, camera.target, camera.up}) check_finite(v, "the place of " + name);
@@ -68,15 +77,6 @@ glowworm::Camera inner(const Camera& camera) {
   out.name = camera.name;
   return out;
 }
-
-template <typename T>
-std::vector<std::string> names_of(const std::vector<T>& things) {
-  std::vector<std::string> names;
-  for (const T& thing : things) names.push_back(thing.name);
-  return names;
-}
-
-}  // namespace
 
 Scene::Scene(std::shared_ptr<const Implementation> implementation) : implementation_(std::move(implementation)) {}
 

@@ -15,6 +15,8 @@ namespace glowworm::api {
 
 /// The vector as the rooms have it, in its own unit.
 inline glowworm::Vec3 inner(Vec3 v) { return {v.x, v.y, v.z}; }
+/// The camera as the rooms have it, in the user's coordinates. Throws Error for one that sees nothing.
+glowworm::Camera inner(const Camera& camera);
 
 struct Scene::Implementation {
   explicit Implementation(SceneDescription description, std::shared_ptr<const GltfParts> parts = nullptr,

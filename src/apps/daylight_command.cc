@@ -277,8 +277,7 @@ int run_daylight(DaylightOptions& o) {
   }
   for (std::size_t i = 0; i < rated.zones.size(); ++i)
     inform(zone_text(rated.zone_names[i], rated.zones[i], rated.limits));
-  for (std::size_t i = 0; i < rated_views.size(); ++i)
-    inform(glare_text(i, glare_metrics(rated_views[i].dgp, inputs.occupied)));
+  for (std::size_t i = 0; i < rated_views.size(); ++i) inform(glare_text(i, rated_views[i], inputs.occupied));
   write_year(o, year, inputs, rated, states, rated_views, files);
   return 0;
 }
@@ -299,7 +298,8 @@ of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%) o
 --views rates glare by luminances: DGP of every hour and view, from fisheye pictures that
 keep patches of the sky and places of the sun apart, with the sun and its mirror images as
 sources at their real places, as 'glowworm glare' has them. These pictures have 8 samples a
-pixel, whatever --samples, --noise and --time say. Without sensors, the eyes are the sensors.
+pixel, whatever --samples, --noise and --time say; four renders of 2 samples tell the errors.
+Without sensors, the eyes are the sensors.
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.
 

@@ -12,6 +12,7 @@
 #include "gather/camera_rays.h"
 #include "gather/medium_walk.h"
 #include "transport/light_connection.h"
+#include "transport/smooth_lobes.h"
 #include "transport/step.h"
 
 namespace glowworm {
@@ -32,6 +33,7 @@ constexpr int kLongChain = 16;
 struct CameraPath : PathState {
   Sampler sampler;
   std::uint32_t slot, sequence, sample;
+  bool smooth = true;  ///< every bounce was at smooth_lobes(); known with CameraPassSettings::glints_apart
 };
 
 /// Working memory, reused for one block after another.
@@ -259,10 +261,12 @@ class BlockTracer {
     if (takes_light_samples(vertex.bsdf)) {
       const LightSample sample = sample_light(scene, vertex, pair, u);
       const UnoccludedLight light = reflected_light(sample, vertex, kSharp, kSharp);
-      if (!is_black(light.radiance))
+      const bool is_apart = settings_.glints_apart && path.smooth && sample.delta;
+      if (!is_black(light.radiance) && !is_apart)
         radiance_.add(radiance_.direct, path.slot, path.throughput * light.radiance * passed_share(tracer_, light),
                       light.source);
     }
+    if (settings_.glints_apart) path.smooth &= smooth_lobes(vertex).count > 0;
     return leave(path, vertex, s, s.weight) && survives(path, max_component(path.throughput), kLeastOfChains, bounce);
   }
 
@@ -272,11 +276,9 @@ class BlockTracer {
     const float u_lobe = path.sampler.next1();
     const Vec2 u = path.sampler.next2();
     if (bounce < kSplitBounces) {
-      constexpr float kAlmostOne = 0x1.fffffep-1f;
-      const ScatteredRay first = surface.sample(vertex.wo, 0, u, kSharp),
-                         last = surface.sample(vertex.wo, kAlmostOne, u, kSharp);
-      // Both lobes are perfectly smooth, and there are no others.
-      if (first.valid && last.valid && first.delta && last.delta && std::abs(first.pdf + last.pdf - 1) < 1e-5f) {
+      const SmoothLobes lobes = smooth_lobes(vertex);
+      if (lobes.count == 2) {
+        const auto& [first, last] = lobes.ray;
         memory_.split_paths.push_back(path);
         if (!leave(memory_.split_paths.back(), vertex, last, last.weight * last.pdf)) memory_.split_paths.pop_back();
         return leave(path, vertex, first, first.weight * first.pdf);

@@ -21,8 +21,11 @@ inline constexpr std::uint32_t kSurfaceSamples = 4;
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
-  bool places = false;         ///< also fill FirstHit::triangle and barycentric
-  bool fine = false;           ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
+  bool places = false;  ///< also fill FirstHit::triangle and barycentric
+  bool fine = false;    ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
+  /// Leave out lights without size in rough specular lobes that the eye sees directly or by smooth lobes:
+  /// sky_rays() finds these surfaces.
+  bool glints_apart = false;
   bool photons_alone = false;  ///< SlotRadiance::medium is without light that media emit or scatter straight from lamps
   VolumeSegments* segments = nullptr;  ///< takes the ways of camera rays through media, by slot; null: no media
 };

@@ -59,6 +59,7 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     camera_settings.fine = settings_.fine;
+    camera_settings.glints_apart = !takes_delta_lights();
     camera_settings.photons_alone = settings_.query_points_alone;
     if (in_media()) camera_settings.segments = &memory_.segments;
     if (settings_.kind == PassKind::photons) {

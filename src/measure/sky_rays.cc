@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "measure/measurement.h"
 #include "transport/medium.h"
+#include "transport/smooth_lobes.h"
 #include "transport/step.h"
 #include "transport/vertex.h"
 
@@ -20,58 +21,59 @@ namespace {
 /// Bounces of a way at most, and the least share of the sky's light that is followed.
 constexpr int kMostBounces = 12;
 constexpr float kLeastShare = 1e-3f;
-/// The sun's angular radius, and the radius of the disc that stands for it in mirrors, over the distance of ways.
-constexpr double kSunRadius = 0.2665 * M_PI / 180, kDiscOverSpacing = 2;
+/// The radius of the disc that stands for the sun in mirrors, over the distance of ways.
+constexpr double kDiscOverSpacing = 2;
 constexpr double kSunSolidAngle = M_PI * kSunRadius * kSunRadius;
 /// Images of the sun that are closer than so many radii of that disc are one.
 constexpr double kOneImage = 3;
 
-/// The perfectly smooth lobes of a vertex, with what each of them passes on; none if it has others that are sharp.
-struct SmoothLobes {
-  std::array<ScatteredRay, 2> ray;
-  std::size_t count = 0;
-};
-SmoothLobes smooth_lobes(const Vertex& vertex) {
-  constexpr float kAlmostOne = 0x1.fffffep-1f, kRounding = 1e-5f;
-  const ShadedSurface surface = vertex.surface();
-  const ScatteredRay first = surface.sample(vertex.wo, 0, {0.5f, 0.5f}, kSharp),
-                     last = surface.sample(vertex.wo, kAlmostOne, {0.5f, 0.5f}, kSharp);
-  if (!first.valid || !first.delta) return {};
-  if (std::abs(first.pdf - 1) < kRounding) return {{first, {}}, 1};
-  if (!last.valid || !last.delta || std::abs(first.pdf + last.pdf - 1) >= kRounding) return {};
-  return {{first, last}, 2};
-}
+/// Follows ways through smooth lobes.
+class WayTracer {
+ public:
+  /// @param glints as of sky_rays() @param share of a pixel that a way has
+  WayTracer(const Tracer& tracer, float share, bool with_glints, std::vector<SkyRay>& out, GatherPoints& glints)
+      : tracer_(tracer), share_(share), with_glints_(with_glints), out_(out), glints_(glints) {}
 
-void follow_way(const Tracer& tracer, PathState path, SkyRay way, int bounces, std::vector<SkyRay>& out) {
-  const Scene& scene = tracer.scene();
-  const Hit hit = tracer.intersect(path.ray, bounces == 0 ? RayOrder::camera : RayOrder::incoherent);
-  if (hit.triangle == kNone) {
-    way.towards = path.ray.direction;
-    way.share = luminance(path.throughput);
-    out.push_back(way);
-    return;
+  void follow(PathState path, SkyRay way, int bounces = 0) {
+    const Scene& scene = tracer_.scene();
+    const Hit hit = tracer_.intersect(path.ray, bounces == 0 ? RayOrder::camera : RayOrder::incoherent);
+    if (hit.triangle == kNone) {
+      way.towards = path.ray.direction;
+      way.share = luminance(path.throughput);
+      out_.push_back(way);
+      return;
+    }
+    if (bounces == kMostBounces) return;
+    if (is_interface(scene, hit.triangle)) {
+      pass_interface(scene, path, hit);
+      follow(path, way, bounces + 1);
+      return;
+    }
+    Vertex vertex = vertex_at(scene, path.ray, hit);
+    // Colours of dispersive glass are taken together.
+    RGB of_color(1.0f);
+    resolve_material(scene, vertex, of_color, [] { return 0.5f; });
+    if (!vertex.has(kSharp)) return;
+    const SmoothLobes lobes = smooth_lobes(vertex);
+    if (lobes.count == 0 && with_glints_)
+      add_gather_point(glints_, vertex, path.throughput * share_, way.pixel, 0, 0, !scene.media().empty());
+    for (std::size_t i = 0; i < lobes.count; ++i) {
+      const ScatteredRay& lobe = lobes.ray[i];
+      PathState next = path;
+      if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf) || luminance(next.throughput) < kLeastShare) continue;
+      SkyRay on = way;
+      on.bent |= !lobe.straight;
+      follow(next, on, bounces + 1);
+    }
   }
-  if (bounces == kMostBounces) return;
-  if (is_interface(scene, hit.triangle)) {
-    pass_interface(scene, path, hit);
-    follow_way(tracer, path, way, bounces + 1, out);
-    return;
-  }
-  Vertex vertex = vertex_at(scene, path.ray, hit);
-  // Colours of dispersive glass are taken together.
-  RGB of_color(1.0f);
-  resolve_material(scene, vertex, of_color, [] { return 0.5f; });
-  if (!vertex.has(kSharp)) return;
-  const SmoothLobes lobes = smooth_lobes(vertex);
-  for (std::size_t i = 0; i < lobes.count; ++i) {
-    const ScatteredRay& lobe = lobes.ray[i];
-    PathState next = path;
-    if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf) || luminance(next.throughput) < kLeastShare) continue;
-    SkyRay on = way;
-    on.bent |= !lobe.straight;
-    follow_way(tracer, next, on, bounces + 1, out);
-  }
-}
+
+ private:
+  const Tracer& tracer_;
+  const float share_;
+  const bool with_glints_;
+  std::vector<SkyRay>& out_;
+  GatherPoints& glints_;
+};
 
 /// A direction in the axes of GlareSource.
 Vec3 in_view(const Camera& camera, Vec3 d) {
@@ -99,12 +101,15 @@ struct SunImage {
 }  // namespace
 
 std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across,
-                             bool straight) {
+                             bool straight, GatherPoints* glints) {
   std::vector<std::vector<SkyRay>> of_row(static_cast<std::size_t>(height));
+  std::vector<GatherPoints> glints_of_row(of_row.size());
+  const float share = 1 / static_cast<float>(across * across);
   const ScreenWindow window = screen_window(camera, width, height);
   const double area = double{window.right - window.left} * (window.top - window.bottom) /
                       (double{1} * width * height * across * across);
   parallel_for_each(of_row.size(), 1, [&](std::size_t y) {
+    WayTracer tracer_of_row(tracer, share, glints != nullptr, of_row[y], glints_of_row[y]);
     for (int x = 0; x < width; ++x)
       for (int i = 0; i < across * across; ++i) {
         const float u = (static_cast<float>(i % across) + 0.5f) / static_cast<float>(across);
@@ -120,13 +125,15 @@ std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int wid
             static_cast<float>(area * solid_angle_density(camera.kind, angular_plane(camera.kind, way.seen)));
         PathState path;
         path.ray = {ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()};
-        follow_way(tracer, path, way, 0, of_row[y]);
+        tracer_of_row.follow(path, way);
       }
     // Pictures of many pixels have no room for all.
     if (!straight) std::erase_if(of_row[y], [](const SkyRay& way) { return !way.bent; });
   });
   std::vector<SkyRay> out;
   for (const std::vector<SkyRay>& row : of_row) out.insert(out.end(), row.begin(), row.end());
+  if (glints)
+    for (const GatherPoints& row : glints_of_row) glints->append(row);
   return out;
 }
 

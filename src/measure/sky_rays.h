@@ -1,14 +1,19 @@
 // Ways on which an eye sees the sky, and the sun among them.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "measure/glare.h"
+#include "points/gather_points.h"
 #include "scene/camera.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
+
+/// The sun's angular radius.
+inline constexpr double kSunRadius = 0.2665 * M_PI / 180;
 
 /// A way from the eye to the sky, through panes, and by smooth mirrors and glass.
 struct SkyRay {
@@ -23,8 +28,10 @@ struct SkyRay {
 /// The ways of a picture. Where a surface reflects and transmits, both are followed. Media do not weaken them.
 /// @param camera is_angular() @param across ways along either side of a pixel
 /// @param straight whether to return ways that are not bent, too
+/// @param glints takes the surfaces with rough specular lobes at which ways end, by pixels in order: slots are pixels,
+/// and throughputs are shares of a pixel; null: none
 std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across,
-                             bool straight);
+                             bool straight, GatherPoints* glints = nullptr);
 
 /// The sun as sources of glare: seen straight, and by each mirror. The ways that end near the sun show its image in a
 /// mirror, as if the sun were a larger disc of the same flux. The luminance of the image is the sun's times the share

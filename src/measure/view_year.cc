@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "gather/camera_pass.h"
 #include "measure/measurement.h"
 #include "measure/sky_rays.h"
@@ -19,32 +21,39 @@ namespace glowworm {
 
 namespace {
 
-/// Camera samples of a pixel and gather rays of each, where their numbers are automatic.
-constexpr std::uint32_t kSamplesOfPicture = 8, kRaysOfPicture = 64;
+/// Camera samples of a pixel in a round, and gather rays of each where their number is automatic.
+constexpr std::uint32_t kSamplesOfRound = 2, kRaysOfPicture = 64;
 /// Ways to the sky along either side of a pixel.
 constexpr int kWaysAcross = 3;
 /// Hours whose pictures are held at once.
 constexpr std::size_t kHoursAtOnce = 64;
 
+/// What a render of a view finds.
+struct RoundLight {
+  DaylightCoefficients pixels;  ///< a row for each: radiance, where sensors have irradiance
+  GatherPoints points;          ///< of one camera sample of each pixel; slots are pixels
+};
+
 /// What a view shows under any sky and sun.
 struct ViewLight {
   const Camera* camera = nullptr;
-  std::uint32_t side = 0;
-  DaylightCoefficients pixels;  ///< a row for each: radiance, where sensors have irradiance
-  GatherPoints points;          ///< of one camera sample of each pixel; slots are pixels
-  std::vector<SkyRay> ways;     ///< that end above the horizon
+  std::vector<RoundLight> rounds;
+  std::vector<SkyRay> ways;  ///< that end above the horizon
+  GatherPoints glints;       ///< of sky_rays()
   std::vector<std::uint32_t> patch_of_way;
   GlarePicture blank;  ///< its luminance is black
   std::vector<PixelView> views;
 };
 
-/// Bytes that stand beside the render of a view: coefficients, hours, and ways, which are held twice while rows are
-/// joined.
+/// Bytes that stand beside the render of a view: coefficients, hours, and ways with glints, which are held twice while
+/// rows are joined.
 std::uint64_t bytes_of_view(std::uint32_t side, const YearModel& model) {
   const std::uint64_t of_coefficients = (model.patches.size() + model.suns.places().size()) * sizeof(RGB);
-  const std::uint64_t of_ways = kWaysAcross * kWaysAcross * (2 * sizeof(SkyRay) + sizeof(std::uint32_t));
+  const std::uint64_t of_ways =
+      kWaysAcross * kWaysAcross * (2 * std::max(sizeof(SkyRay), bytes_each<GatherPoints>()) + sizeof(std::uint32_t));
   return std::uint64_t{side} * side *
-         (of_coefficients + of_ways + sizeof(PixelView) + 2 * sizeof(float) * kHoursAtOnce);
+         (kRoundsOfView * (of_coefficients + bytes_each<GatherPoints>()) + of_ways + sizeof(PixelView) +
+          (kRoundsOfView + 2) * sizeof(float) * kHoursAtOnce);
 }
 
 /// Settings of pictures that keep the light of sources apart.
@@ -58,7 +67,7 @@ RenderSettings picture_settings(const RenderSettings& asked, std::uint64_t photo
   s.memory_bytes -= beside;
   if (s.photons == 0) s.photons = photons;
   if (s.gather == 0) s.gather = kRaysOfPicture;
-  s.samples = kSamplesOfPicture;
+  s.samples = kSamplesOfRound;
   s.noise_target = s.time_limit_s = 0;
   s.width = s.height = static_cast<int>(side);
   s.bounds = {0, 0, s.width, s.height};
@@ -72,39 +81,60 @@ class PictureMaker {
   PictureMaker(YearScene lit, RenderSettings settings) : lit_(std::move(lit)), settings_(std::move(settings)) {}
 
   const Tracer& tracer() const { return *lit_.tracer; }
+  /// @param round   whose photons are taken, if another view has traced them
+  /// @param held    bytes of photons that others hold
   /// @param light_of gets the Job @return false if it was cancelled
   template <typename LightOf>
-  bool make(const std::string& camera, const std::function<void(Job&)>& wait, LightOf&& light_of) {
-    settings_.camera = camera;
-    Job job(lit_.scene, lit_.tracer, settings_, nullptr, {}, nullptr, nullptr, maps_);
+  bool make(const std::string& camera, std::uint32_t round, std::uint64_t held, const std::function<void(Job&)>& wait,
+            LightOf&& light_of) {
+    RenderSettings s = settings_;
+    s.camera = camera;
+    s.seed = hash_combine(s.seed, round);
+    std::shared_ptr<JobMaps>& maps = maps_[round];
+    s.memory_bytes -= std::min(held + held_bytes() - bytes_of(maps), s.memory_bytes);
+    Job job(lit_.scene, lit_.tracer, s, nullptr, {}, nullptr, nullptr, maps);
     wait(job);
     if (job.ending() == Ending::cancelled) return false;
     light_of(job);
-    maps_ = job.maps();
+    maps = job.maps();
     return true;
   }
+  /// Bytes of all photons.
+  std::uint64_t held_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const auto& maps : maps_) bytes += bytes_of(maps);
+    return bytes;
+  }
+  /// Forgets the photons, after the last view.
+  void forget(std::uint32_t round) { maps_[round] = nullptr; }
 
  private:
+  static std::uint64_t bytes_of(const std::shared_ptr<JobMaps>& maps) { return maps ? maps->maps.bytes() : 0; }
+
   YearScene lit_;
   RenderSettings settings_;
-  std::shared_ptr<JobMaps> maps_;
+  std::array<std::shared_ptr<JobMaps>, kRoundsOfView> maps_;
 };
 
-/// All but the coefficients.
-ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t side, const YearModel& model,
-                     std::uint32_t seed) {
-  ViewLight out;
-  out.camera = &camera;
-  out.side = side;
-  const int pixels = static_cast<int>(side);
+/// One camera sample of each pixel.
+GatherPoints points_of_view(const Tracer& tracer, const Camera& camera, int side, std::uint32_t seed) {
+  GatherPoints out;
   CameraPassSettings pass;
-  pass.width = pass.height = pixels;
+  pass.width = pass.height = side;
   pass.seed = seed;
   SlotRadiance unused;
   FirstHit first_hit;
   Statistics statistics;
-  camera_pass(tracer, camera, CameraTask{0, 0, pixels, pixels}, pass, unused, first_hit, out.points, statistics);
-  for (const SkyRay& way : sky_rays(tracer, camera, pixels, pixels, kWaysAcross, true)) {
+  camera_pass(tracer, camera, CameraTask{0, 0, side, side}, pass, unused, first_hit, out, statistics);
+  return out;
+}
+
+/// All but the rounds.
+ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t side, const YearModel& model) {
+  ViewLight out;
+  out.camera = &camera;
+  const int pixels = static_cast<int>(side);
+  for (const SkyRay& way : sky_rays(tracer, camera, pixels, pixels, kWaysAcross, true, &out.glints)) {
     if (!(way.towards.y > 0)) continue;
     out.ways.push_back(way);
     out.patch_of_way.push_back(static_cast<std::uint32_t>(model.patches.patch_of(way.towards)));
@@ -117,46 +147,107 @@ ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t s
   return out;
 }
 
-/// Rates the picture of an hour. @param picture without what follows from the ways to the sky
-Glare rate_hour(const Tracer& tracer, const ViewLight& view, const YearSky& sky, std::uint32_t hour,
-                GlarePicture& picture) {
-  if (!sky.shape.empty())
-    for (std::size_t i = 0; i < view.ways.size(); ++i) {
-      const SkyRay& way = view.ways[i];
-      const float exact = sky_radiance(sky.shape[hour], way.towards),
-                  mean = luminance(sky.sky.at(view.patch_of_way[i], hour));
-      picture.luminance[way.pixel] +=
-          kLuminousEfficacy * way.share * (exact - mean) / static_cast<float>(kWaysAcross * kWaysAcross);
-    }
-  for (float& value : picture.luminance) value = std::max(value, 0.0f);
+/// The disc that stands for the sun in rough lobes, which would hide between ways if they are narrow.
+float glint_radius(const ViewLight& view) {
+  const float across = 2 * view.blank.half_x / static_cast<float>(view.blank.width * kWaysAcross);
+  return std::max(static_cast<float>(kSunRadius), across / 2);
+}
+
+/// Hours whose pictures are held at once.
+struct HourBlock {
+  std::span<const std::uint32_t> hours;      ///< as indices into YearSky::lit
+  std::vector<float> glints;                 ///< luminance: hours of a pixel
+  std::vector<std::vector<float>> of_round;  ///< the same of all that the rounds find
+};
+
+HourBlock light_of_hours(const Tracer& tracer, const ViewLight& view, const YearModel& model,
+                         std::span<const std::uint32_t> hours) {
+  const YearSky& sky = model.sky;
+  const std::size_t pixels = view.blank.luminance.size(), count = hours.size();
+  const auto in_cd = [&](std::vector<float>& of_sun) {
+    parallel_for_each(pixels, 64, [&](std::size_t i) {
+      for (std::size_t k = 0; k < count; ++k) of_sun[i * count + k] *= kLuminousEfficacy * sky.beam[hours[k]];
+    });
+  };
+  HourBlock out{hours, reflected_sun(tracer, view.glints, pixels, sky, hours, {kSharp, glint_radius(view)}), {}};
+  in_cd(out.glints);
+  const DiffuseLight light(sky, model.suns, {hours.begin(), hours.end()});
+  for (const RoundLight& round : view.rounds) {
+    std::vector<float>& sum = out.of_round.emplace_back(reflected_sun(tracer, round.points, pixels, sky, hours));
+    in_cd(sum);
+    parallel_for_each(pixels, 64, [&](std::size_t i) {
+      std::vector<float> row(count);
+      light.illuminance(round.pixels, i, row);
+      for (std::size_t k = 0; k < count; ++k) sum[i * count + k] += row[k];
+    });
+  }
+  return out;
+}
+
+/// Adds the sky as pixels see it, less that of its patches.
+void add_sky(const ViewLight& view, const YearSky& sky, std::uint32_t hour, std::vector<float>& luminance_of) {
+  if (sky.shape.empty()) return;
+  for (std::size_t i = 0; i < view.ways.size(); ++i) {
+    const SkyRay& way = view.ways[i];
+    const float exact = sky_radiance(sky.shape[hour], way.towards),
+                mean = luminance(sky.sky.at(view.patch_of_way[i], hour));
+    luminance_of[way.pixel] +=
+        kLuminousEfficacy * way.share * (exact - mean) / static_cast<float>(kWaysAcross * kWaysAcross);
+  }
+}
+
+/// The standard error of a number from its values without each of the rounds, by student_factor().
+float jackknife_error(std::span<const double> without) {
+  const double n = static_cast<double>(without.size());
+  double mean = 0, squares = 0;
+  for (const double value : without) mean += value / n;
+  for (const double value : without) squares += (value - mean) * (value - mean);
+  return static_cast<float>(student_factor(static_cast<std::uint32_t>(without.size()) - 1) *
+                            std::sqrt((n - 1) / n * squares));
+}
+
+/// Rates the k-th hour of a block.
+void rate_hour(const Tracer& tracer, const ViewLight& view, const YearSky& sky, const HourBlock& block, std::size_t k,
+               ViewYear& out) {
+  const std::uint32_t hour = block.hours[k];
+  const std::size_t pixels = view.blank.luminance.size(), count = block.hours.size(), rounds = block.of_round.size();
+  std::vector<float> same(pixels);  // in every round
+  for (std::size_t i = 0; i < pixels; ++i) same[i] = block.glints[i * count + k];
+  add_sky(view, sky, hour, same);
   std::vector<GlareSource> suns;
   if (sky.beam[hour] > 0) suns = sources_of_sun(tracer, *view.camera, view.ways, sky.sun[hour], RGB(sky.beam[hour]));
-  return rate_glare(picture, view.views, suns);
+  GlarePicture picture = view.blank;
+  // All rounds but one; `rounds`: all.
+  const auto rate_without = [&](std::size_t left_out) {
+    const float each = 1 / static_cast<float>(rounds - (left_out < rounds ? 1 : 0));
+    for (std::size_t i = 0; i < pixels; ++i) {
+      float sum = 0;
+      for (std::size_t round = 0; round < rounds; ++round)
+        if (round != left_out) sum += block.of_round[round][i * count + k];
+      picture.luminance[i] = std::max(same[i] + sum * each, 0.0f);
+    }
+    return rate_glare(picture, view.views, suns);
+  };
+  const Glare glare = rate_without(rounds);
+  std::array<double, kRoundsOfView> dgp{}, lux{};
+  for (std::size_t round = 0; round < rounds; ++round) {
+    const Glare without = rate_without(round);
+    dgp[round] = without.dgp;
+    lux[round] = without.vertical_illuminance;
+  }
+  const std::uint32_t row = sky.lit[hour];
+  out.dgp[row] = static_cast<float>(glare.dgp);
+  out.illuminance[row] = static_cast<float>(glare.vertical_illuminance);
+  out.dgp_error[row] = jackknife_error(dgp);
+  out.illuminance_error[row] = jackknife_error(lux);
 }
 
 void rate_hours(const Tracer& tracer, const ViewLight& view, const YearModel& model,
                 std::span<const std::uint32_t> hours, ViewYear& out) {
-  const YearSky& sky = model.sky;
-  const std::size_t pixels = view.blank.luminance.size();
   for (std::size_t first = 0; first < hours.size(); first += kHoursAtOnce) {
-    const std::span<const std::uint32_t> block = hours.subspan(first, std::min(kHoursAtOnce, hours.size() - first));
-    const DiffuseLight light(sky, model.suns, {block.begin(), block.end()});
-    // Hours of a pixel.
-    std::vector<float> luminance(pixels * block.size());
-    constexpr std::size_t kPixelsAtOnce = 64;
-    parallel_for_each(pixels, kPixelsAtOnce, [&](std::size_t i) {
-      light.illuminance(view.pixels, i, std::span(luminance).subspan(i * block.size(), block.size()));
-    });
-    const std::vector<float> sun = reflected_sun(tracer, view.points, pixels, sky, block);
-    parallel_for_each(block.size(), 1, [&](std::size_t k) {
-      GlarePicture picture = view.blank;
-      for (std::size_t i = 0; i < pixels; ++i)
-        picture.luminance[i] =
-            luminance[i * block.size() + k] + kLuminousEfficacy * sky.beam[block[k]] * sun[i * block.size() + k];
-      const Glare glare = rate_hour(tracer, view, sky, block[k], picture);
-      out.dgp[sky.lit[block[k]]] = static_cast<float>(glare.dgp);
-      out.illuminance[sky.lit[block[k]]] = static_cast<float>(glare.vertical_illuminance);
-    });
+    const HourBlock block =
+        light_of_hours(tracer, view, model, hours.subspan(first, std::min(kHoursAtOnce, hours.size() - first)));
+    parallel_for_each(block.hours.size(), 1, [&](std::size_t k) { rate_hour(tracer, view, model.sky, block, k, out); });
   }
 }
 
@@ -196,19 +287,29 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
   if (places > 0)
     of_suns = std::make_unique<PictureMaker>(YearScene(scene_under_suns(seen, model.suns.places())),
                                              picture_settings(asked, kPhotonsOfSun * places, beside, side, names));
-  const double share = 1.0 / static_cast<double>(views.size() * (of_suns ? 2 : 1));
+  const double share = 1.0 / static_cast<double>(views.size() * kRoundsOfView * (of_suns ? 2 : 1));
   double before = 0;
   const auto wait_on = [&](Job& job) {
     wait(job, {before, share});
     before += share;
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
-    ViewLight view = view_light(of_sky.tracer(), views[i], side, model, asked.seed);
-    view.pixels.suns = {pixels, 0, {}};
-    if (!of_sky.make(names[i], wait_on, [&](const Job& job) { view.pixels.sky = daylight_matrix(job, pixels); }) ||
-        (of_suns && !of_suns->make(names[i], wait_on,
-                                   [&](const Job& job) { view.pixels.suns = sun_matrix(job, pixels, places); })))
-      return false;
+    ViewLight view = view_light(of_sky.tracer(), views[i], side, model);
+    for (std::uint32_t round = 0; round < kRoundsOfView; ++round) {
+      RoundLight found{
+          {{}, {pixels, 0, {}}},
+          points_of_view(of_sky.tracer(), views[i], static_cast<int>(side), hash_combine(asked.seed, round))};
+      if (!of_sky.make(names[i], round, of_suns ? of_suns->held_bytes() : 0, wait_on,
+                       [&](const Job& job) { found.pixels.sky = daylight_matrix(job, pixels); }))
+        return false;
+      if (of_suns && !of_suns->make(names[i], round, of_sky.held_bytes(), wait_on,
+                                    [&](const Job& job) { found.pixels.suns = sun_matrix(job, pixels, places); }))
+        return false;
+      view.rounds.push_back(std::move(found));
+      if (i + 1 < views.size()) continue;
+      of_sky.forget(round);
+      if (of_suns) of_suns->forget(round);
+    }
     rate_hours(of_sky.tracer(), view, model, hours, out[i]);
   }
   return true;

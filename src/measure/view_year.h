@@ -15,26 +15,33 @@ namespace glowworm {
 struct ViewYear {
   std::vector<float> dgp;          ///< daylight glare probability
   std::vector<float> illuminance;  ///< lx, on the plane across the view
+  /// Standard errors of both, by student_factor(): the truth lies within twice of them with a chance of 95%. What the
+  /// number of pixels and the sky's patches leave out is not part of them.
+  std::vector<float> dgp_error, illuminance_error;
 
-  explicit ViewYear(std::size_t hours) : dgp(hours), illuminance(hours) {}
+  explicit ViewYear(std::size_t hours) : dgp(hours), illuminance(hours), dgp_error(hours), illuminance_error(hours) {}
 };
 
 /// Pixels along a side of pictures that are rated.
 inline constexpr std::uint32_t kViewSide = 128;
+
+/// Independent renders of a view.
+inline constexpr std::uint32_t kRoundsOfView = 4;
 
 /// Throws MemoryError if the pictures of a view take more than half of the budget.
 void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t memory_bytes);
 
 /// Rates views of a scene in some of the lit hours, and fills these hours of `out`. Throws as check_view_room().
 ///
-/// Each view is rendered once for all patches of the sky and all places of the sun, of which every pixel keeps its
-/// light apart. Pictures of hours are sums over patches and places, to which are added what no coefficient blurs: the
-/// sky as pixels see it, by its formula, in place of its patches; sunlight that surfaces scatter broadly, by a ray
-/// towards the actual sun for each pixel; and the sun itself and its mirror images, as sources (measure/sky_rays.h).
-/// Narrow lobes that are not perfectly smooth, as of polished floors, show the sun at places of the SunGrid.
+/// Each view is rendered for all patches of the sky and all places of the sun, of which every pixel keeps its light
+/// apart. Pictures of hours are sums over patches and places, to which are added what no coefficient blurs: the sky as
+/// pixels see it, by its formula, in place of its patches; sunlight that surfaces reflect to the eye, by rays towards
+/// the actual sun; and the sun itself and its mirror images, as sources (measure/sky_rays.h).
+/// Several renders have photons and samples of their own. The jackknife over them tells the standard errors: B. Efron
+/// and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9(3), 1981.
 /// @param views fisheye or hemispherical, in the coordinates of the scene
 /// @param hours as indices into YearSky::lit
-/// @param wait  as of find_state(); a view has one or two Jobs
+/// @param wait  as of find_state(); a view has kRoundsOfView times one or two Jobs
 /// @return false if `wait` cancelled a Job
 bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
                 std::span<const std::uint32_t> hours, const RenderSettings& asked,

@@ -90,11 +90,19 @@ class DiffuseLight {
   std::vector<std::vector<float>> channel_;
 };
 
+/// Which part of the sun's reflection reflected_sun() finds.
+struct SunReflection {
+  Lobes lobes = kBroad;
+  float radius = 0;  ///< of a disc that stands for the sun (rad), over which narrow lobes are averaged
+};
+
 /// What gather points reflect of the sun itself in some of the lit hours (columns), for a normal irradiance of 1:
 /// luminance.
-/// @param slots rows of the result: points of other slots count for nothing, and no two points may have one
+/// @param points those of a slot follow one another, and add up
+/// @param slots rows of the result: points of other slots count for nothing
 std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& points, std::size_t slots,
-                                 const YearSky& sky, std::span<const std::uint32_t> hours);
+                                 const YearSky& sky, std::span<const std::uint32_t> hours,
+                                 const SunReflection& of = {});
 
 /// What the sun itself gives sensors in the lit hours, without any bounce: cosine times the share that passes panes,
 /// times the luminance of a normal irradiance of 1. Sensors are rows.

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -79,29 +80,43 @@ std::string year_csv(const Year& year, std::span<const WeatherHour> hours, const
   return text;
 }
 
-std::string glare_text(std::size_t view, const GlareMetrics& g) {
+std::string glare_text(std::size_t number, const ViewYear& view, std::span<const std::uint8_t> occupied) {
+  const GlareMetrics g = glare_metrics(view.dgp, occupied);
+  double of_dgp = 0, of_lux = 0, lux = 0;
+  std::size_t hours = 0;
+  for (std::size_t i = 0; i < view.dgp.size(); ++i) {
+    if (!occupied[i] || !(view.illuminance[i] > 0)) continue;
+    ++hours;
+    of_dgp += double{view.dgp_error[i]} * view.dgp_error[i];
+    of_lux += double{view.illuminance_error[i]} * view.illuminance_error[i];
+    lux += double{view.illuminance[i]} * view.illuminance[i];
+  }
   return fmt::format(
       "view {}: DGP {:.3f} is exceeded in 5% of the occupied hours; above {:.2f}: {} h, above {:.2f}: {} h, above "
-      "{:.2f}: {} h",
-      view + 1, g.exceeded, kGlareClasses[0], g.hours_above[0], kGlareClasses[1], g.hours_above[1], kGlareClasses[2],
-      g.hours_above[2]);
+      "{:.2f}: {} h; standard error of DGP {:.2g}, of vertical illuminance {:.2g}%",
+      number + 1, g.exceeded, kGlareClasses[0], g.hours_above[0], kGlareClasses[1], g.hours_above[1], kGlareClasses[2],
+      g.hours_above[2], hours > 0 ? std::sqrt(of_dgp / static_cast<double>(hours)) : 0.0,
+      lux > 0 ? 100 * std::sqrt(of_lux / lux) : 0.0);
 }
 
 std::string glare_csv(std::span<const ViewYear> views, std::span<const WeatherHour> hours,
                       std::span<const std::uint8_t> occupied, const std::string& about) {
   std::string text = fmt::format(
-      "# {}\n# DGP and vertical illuminance (lx) of each view; each hour is given by its end, in standard time\n",
+      "# {}\n# DGP and vertical illuminance (lx) of each view, and their standard errors; each hour is given by its "
+      "end, "
+      "in standard time\n",
       one_line(about));
-  for (std::size_t i = 0; i < views.size(); ++i)
-    text += "# " + glare_text(i, glare_metrics(views[i].dgp, occupied)) + "\n";
+  for (std::size_t i = 0; i < views.size(); ++i) text += "# " + glare_text(i, views[i], occupied) + "\n";
   text += "month,day,hour";
-  for (std::size_t i = 0; i < views.size(); ++i) fmt::format_to(std::back_inserter(text), ",DGP{0},E_v{0}_lx", i + 1);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    fmt::format_to(std::back_inserter(text), ",DGP{0},E_v{0}_lx,DGP{0}_error,E_v{0}_error_lx", i + 1);
   text += '\n';
   for (std::size_t hour = 0; hour < hours.size(); ++hour) {
     const WeatherHour& h = hours[hour];
     fmt::format_to(std::back_inserter(text), "{},{},{}", h.moment.month, h.moment.day, h.hour);
     for (const ViewYear& view : views)
-      fmt::format_to(std::back_inserter(text), ",{:.3f},{:.4g}", view.dgp[hour], view.illuminance[hour]);
+      fmt::format_to(std::back_inserter(text), ",{:.3f},{:.4g},{:.2g},{:.2g}", view.dgp[hour], view.illuminance[hour],
+                     view.dgp_error[hour], view.illuminance_error[hour]);
     text += '\n';
   }
   return text;

@@ -37,10 +37,13 @@ struct RatedYear {
 /// A row an hour: month, day, hour (its end, standard time), and the illuminance of each sensor in lx.
 std::string year_csv(const Year& year, std::span<const WeatherHour> hours, const std::string& about);
 
-/// "view 1: DGP 0.382 is exceeded in 5% of the occupied hours; ..." for people.
-std::string glare_text(std::size_t view, const GlareMetrics& glare);
+/// "view 1: DGP 0.382 is exceeded in 5% of the occupied hours; ..." for people, with the root mean squares of the
+/// errors over the occupied hours with light.
+/// @param number of the view, from 0 on @param occupied one entry an hour of the year
+std::string glare_text(std::size_t number, const ViewYear& view, std::span<const std::uint8_t> occupied);
 
-/// A row an hour, as year_csv() has them: DGP and vertical illuminance (lx) of each view; glare_text() as comments.
+/// A row an hour, as year_csv() has them: DGP and vertical illuminance (lx) of each view, and the errors of both;
+/// glare_text() as comments.
 std::string glare_csv(std::span<const ViewYear> views, std::span<const WeatherHour> hours,
                       std::span<const std::uint8_t> occupied, const std::string& about);
 

@@ -56,14 +56,10 @@ std::vector<Number> by_hour(const py::object& argument, const char* name) {
   return out;
 }
 
-py::dict daylight(const api::Scene& scene, const std::string& weather, const py::object& points,
-                  const py::object& normals, const py::dict& given, const py::object& progress,
-                  const py::kwargs& more) {
-  const Floats at = vectors(points, "points");
-  const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+/// Options that daylight() and annual_glare() share.
+api::DaylightOptions options_of_year(const py::dict& given, const py::kwargs& more) {
   api::DaylightOptions o;
   o.render.more = options_of(more);
-  o.on_surfaces = given["on_surfaces"].cast<bool>();
   o.sky_patches = given["sky_patches"].cast<int>();
   o.ground = given["ground"].cast<double>();
   o.sun_step = given["sun_step"].cast<double>();
@@ -71,6 +67,16 @@ py::dict daylight(const api::Scene& scene, const std::string& weather, const py:
   o.occupied = by_hour<std::uint8_t>(given["occupied"], "occupied");
   for (const py::handle& shade : given["shades"]) o.shades.push_back(shade.cast<api::Scene>());
   o.shade_of_hour = by_hour<std::uint32_t>(given["shade_of_hour"], "shade_of_hour");
+  return o;
+}
+
+py::dict daylight(const api::Scene& scene, const std::string& weather, const py::object& points,
+                  const py::object& normals, const py::dict& given, const py::object& progress,
+                  const py::kwargs& more) {
+  const Floats at = vectors(points, "points");
+  const Floats facing = vectors(normals, "normals", at.shape(0), "points");
+  api::DaylightOptions o = options_of_year(given, more);
+  o.on_surfaces = given["on_surfaces"].cast<bool>();
   if (const py::object area = given["area"]; !area.is_none()) {
     const Floats values = floats(area, "area");
     o.area.assign(values.data(), values.data() + values.size());
@@ -103,6 +109,34 @@ py::dict daylight(const api::Scene& scene, const std::string& weather, const py:
   return out;
 }
 
+py::dict annual_glare(const api::Scene& scene, const std::string& weather, const std::vector<api::Camera>& views,
+                      const py::dict& given, const py::object& progress, const py::kwargs& more) {
+  api::DaylightOptions o = options_of_year(given, more);
+  o.view_pixels = given["view_pixels"].cast<int>();
+  api::AnnualGlare year;
+  {
+    const py::gil_scoped_release release;
+    year = api::annual_glare(scene, weather, views, o, reporter(progress));
+  }
+  py::list out_views;
+  for (api::ViewGlare& view : year.views) {
+    py::dict out;
+    out["dgp"] = owned<float>(std::move(view.dgp));
+    out["illuminance"] = owned<float>(std::move(view.illuminance));
+    out["dgp_error"] = owned<float>(std::move(view.dgp_error));
+    out["illuminance_error"] = owned<float>(std::move(view.illuminance_error));
+    out["exceeded"] = view.exceeded;
+    out["perceptible"] = view.perceptible;
+    out["disturbing"] = view.disturbing;
+    out["intolerable"] = view.intolerable;
+    out_views.append(std::move(out));
+  }
+  py::dict out;
+  out["hours"] = owned<std::int32_t>(std::move(year.hours));
+  out["views"] = std::move(out_views);
+  return out;
+}
+
 }  // namespace
 
 void bind_sensors(py::module_& module) {
@@ -110,6 +144,8 @@ void bind_sensors(py::module_& module) {
              py::arg("progress"));
   module.def("_daylight", &daylight, py::arg("scene"), py::arg("weather"), py::arg("points"), py::arg("normals"),
              py::arg("given"), py::arg("progress"));
+  module.def("_annual_glare", &annual_glare, py::arg("scene"), py::arg("weather"), py::arg("views"), py::arg("given"),
+             py::arg("progress"));
 }
 
 }  // namespace glowworm::python

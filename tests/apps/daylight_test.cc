@@ -106,8 +106,11 @@ TEST_F(DaylightTest, RatesViews) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.err, testing::HasSubstr("view 1: DGP"));
   EXPECT_THAT(outcome.err, testing::HasSubstr("is exceeded in 5% of the occupied hours"));
+  EXPECT_THAT(outcome.err, testing::HasSubstr("standard error of DGP 0.0"));
   const std::string table = read(path("g.csv")), sensors = read(path("y.csv"));
-  EXPECT_THAT(table, testing::HasSubstr("\nmonth,day,hour,DGP1,E_v1_lx,DGP2,E_v2_lx\n6,21,1,0.000,0,0.000,0\n"));
+  EXPECT_THAT(table,
+              testing::HasSubstr("\nmonth,day,hour,DGP1,E_v1_lx,DGP1_error,E_v1_error_lx,DGP2,E_v2_lx,DGP2_error,"
+                                 "E_v2_error_lx\n6,21,1,0.000,0,0,0,0.000,0,0,0\n"));
   const auto numbers = [](const std::string& text, const std::string& hour) {
     const std::string row = "\n6,21," + hour + ",";
     std::vector<double> out;

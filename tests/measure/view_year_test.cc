@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "measure/annual_metrics.h"
@@ -17,11 +18,11 @@ constexpr double kReflectanceOutside = 0.2, kNorth = 48;
 constexpr std::uint32_t kPixelsOfView = 40;
 
 /// A room of 4 x 3 x 5 m with an opening towards the south (z), in front of a ground.
-SceneDescription room_with_opening() {
+SceneDescription room_with_opening(const Material& floor = {}) {
   SceneDescription d;
-  d.materials.resize(1);
+  d.materials = {{}, floor};
   const Vec3 x{4, 0, 0}, y{0, 3, 0}, z{0, 0, 5};
-  add_quad(d, {0, 0, 0}, z, x);
+  add_quad(d, {0, 0, 0}, z, x, 1);
   add_quad(d, y, x, z);
   add_quad(d, {0, 0, 0}, x, y);
   add_quad(d, {0, 0, 0}, y, z);
@@ -32,16 +33,17 @@ SceneDescription room_with_opening() {
   return d;
 }
 
+WeatherHour hour_of(int month, int day, double moment, double direct, double diffuse) {
+  WeatherHour h;
+  h.moment = {month, day, moment, kNorth, 0, 0};
+  h.hour = static_cast<int>(std::ceil(moment));
+  h.irradiance = {direct, diffuse};
+  return h;
+}
+
 WeatherYear three_hours() {
   WeatherYear out;
-  for (const auto& [month, hour, direct, diffuse] :
-       {std::tuple{12, 12, 600.0, 80.0}, std::tuple{3, 15, 700.0, 120.0}, std::tuple{6, 11, 0.0, 250.0}}) {
-    WeatherHour h;
-    h.moment = {month, 21, hour - 0.5, kNorth, 0, 0};
-    h.hour = hour;
-    h.irradiance = {direct, diffuse};
-    out.hours.push_back(h);
-  }
+  out.hours = {hour_of(12, 21, 11.5, 600, 80), hour_of(3, 21, 14.5, 700, 120), hour_of(6, 21, 10.5, 0, 250)};
   return out;
 }
 
@@ -53,16 +55,17 @@ Camera fisheye_at(Vec3 eye, Vec3 target) {
   return camera;
 }
 
-/// What a picture of an hour alone is rated as.
-Glare glare_of_hour(SceneDescription d, const Camera& camera, const WeatherHour& hour) {
+/// What a picture of an hour alone is rated as. Its mirrors do not show the sun.
+Glare glare_of_hour(SceneDescription d, const Camera& camera, const WeatherHour& hour, std::uint32_t samples = 32,
+                    std::uint32_t gather = 64) {
   add_perez_sky(hour.moment, hour.irradiance, kReflectanceOutside, d);
   d.cameras.push_back(camera);
   const auto scene = std::make_shared<const Scene>(std::move(d));
   const auto tracer = std::make_shared<const Tracer>(*scene);
   RenderSettings s;
   s.width = s.height = static_cast<int>(kPixelsOfView);
-  s.samples = 32;
-  s.gather = 64;
+  s.samples = samples;
+  s.gather = gather;
   s.photons = 100'000;
   s.camera = camera.name;
   s.filter = Filtering::off;
@@ -100,6 +103,106 @@ TEST(SlowRateViews, AgreesWithPicturesOfSingleHours) {
       }
     }
   EXPECT_GT(found[0].dgp[0], found[1].dgp[0] + 0.05) << "the sun in the eye";
+}
+
+/// Floors between a mirror and a dull metal show the sun of each hour, though their lobes are narrower than the
+/// distance of the SunGrid's places.
+class SlowPolishedFloor : public testing::Test {
+ protected:
+  /// Low above the floor, where that mirrors the sun through the opening.
+  const Camera view_ = fisheye_at({2, 0.5f, 3.2f}, {2, 0.3f, 5});
+  WeatherYear weather_;
+
+  SlowPolishedFloor() {
+    // The sun stands between the places of the grid.
+    for (const double moment : {10.8, 11.8, 12.3}) weather_.hours.push_back(hour_of(3, 21, moment, 700, 100));
+    weather_.hours.push_back(hour_of(4, 3, 11.7, 700, 100));
+  }
+
+  static SceneDescription room(float alpha) {
+    Material metal;
+    metal.kind = MaterialKind::conductor;
+    metal.use_reflectance = true;
+    metal.roughness_u.value = metal.roughness_v.value = alpha;
+    return room_with_opening(metal);
+  }
+
+  ViewYear year(float alpha) const {
+    const YearModel model(weather_, "", 145, kReflectanceOutside, 7.5);
+    std::vector<ViewYear> found(1, ViewYear(weather_.hours.size()));
+    const std::vector<std::uint32_t> hours{0, 1, 2, 3};
+    RenderSettings quick;
+    quick.photons = 100'000;
+    quick.gather = 16;
+    rate_views(
+        Scene(room(alpha)), std::span(&view_, 1), kPixelsOfView, model, hours, quick,
+        [](Job& job, YearProgress) { job.wait(); }, found);
+    return found[0];
+  }
+};
+
+TEST_F(SlowPolishedFloor, AgreesWithPicturesOfSingleHours) {
+  for (const float alpha : {0.03f, 0.0625f, 0.09f}) {
+    const ViewYear found = year(alpha);
+    for (std::size_t hour = 0; hour < weather_.hours.size(); ++hour) {
+      const Glare alone = glare_of_hour(room(alpha), view_, weather_.hours[hour], 128, 8);
+      EXPECT_NEAR(found.illuminance[hour], alone.vertical_illuminance, 0.04 * alone.vertical_illuminance)
+          << alpha << ' ' << hour;
+      EXPECT_NEAR(found.dgp[hour], alone.dgp, 0.02 * alone.dgp) << alpha << ' ' << hour;
+    }
+  }
+}
+
+/// Pictures of samples do not find narrower lobes: they hold the light of a mirror.
+TEST_F(SlowPolishedFloor, TendsToAMirror) {
+  const ViewYear mirror = year(0);
+  for (const float alpha : {0.0025f, 0.01f}) {
+    const ViewYear found = year(alpha);
+    for (std::size_t hour = 0; hour < weather_.hours.size(); ++hour)
+      EXPECT_NEAR(found.illuminance[hour], mirror.illuminance[hour], 0.05 * mirror.illuminance[hour])
+          << alpha << ' ' << hour;
+  }
+}
+
+/// The spread of the results of many seeds against the errors that they state.
+TEST(SlowRateViews, StatesItsNoise) {
+  constexpr std::uint32_t kSeeds = 12;
+  const YearModel model(three_hours(), "", 145, kReflectanceOutside, 7.5);
+  const std::vector<Camera> views = {fisheye_at({2, 1.2f, 2.5f}, {0, 1.2f, 3})};
+  const std::vector<std::uint32_t> hours{0, 1, 2};
+  struct Sums {
+    double value = 0, squares = 0, stated = 0;
+    void add(double v, double error) {
+      value += v / kSeeds;
+      squares += v * v / kSeeds;
+      stated += error * error / kSeeds;
+    }
+    double variance() const { return (squares - value * value) * kSeeds / (kSeeds - 1); }
+  };
+  std::array<Sums, 3> lux, dgp;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    RenderSettings quick;
+    quick.seed = seed;
+    quick.photons = 20'000;
+    quick.gather = 8;
+    std::vector<ViewYear> found(1, ViewYear(3));
+    ASSERT_TRUE(rate_views(
+        Scene(room_with_opening()), views, 24, model, hours, quick, [](Job& job, YearProgress) { job.wait(); }, found));
+    for (std::size_t i = 0; i < 3; ++i) {
+      lux[i].add(found[0].illuminance[i], found[0].illuminance_error[i]);
+      dgp[i].add(found[0].dgp[i], found[0].dgp_error[i]);
+    }
+  }
+  const double widened = std::pow(student_factor(kRoundsOfView - 1), 2);
+  for (const auto& of : {lux, dgp}) {
+    double stated = 0, true_one = 0;
+    for (const Sums& sums : of) {
+      stated += sums.stated / widened / (sums.value * sums.value);
+      true_one += sums.variance() / (sums.value * sums.value);
+    }
+    EXPECT_GT(stated, 0.4 * true_one);
+    EXPECT_LT(stated, 2.5 * true_one);
+  }
 }
 
 TEST(RateViews, LeavesOtherHoursAlone) {

@@ -115,3 +115,20 @@ def test_finds_the_daylight_of_a_year(sunny, weather):
         glowworm.daylight(sunny, weather, points, normals, occupied=[0, 1], progress=False)
     with pytest.raises(glowworm.Error, match="names no hours"):
         glowworm.daylight(sunny, weather, points, normals, hours="9", progress=False)
+
+
+def test_rates_views_over_a_year(sunny, weather):
+    up = glowworm.Camera([0, 0, 1], [0, 1, 1], [0, 0, 1], field_of_view=180, projection="fisheye")
+    options = {"view_pixels": 16, "photons": 20000, "gather": 8, "progress": False}
+    year = glowworm.annual_glare(sunny, weather, [up], hours="11-12", **options)
+    assert year["hours"][11].tolist() == [6, 21, 12]
+    (view,) = year["views"]
+    assert view["dgp"].shape == view["illuminance_error"].shape == (24,)
+    sensor = glowworm.daylight(sunny, weather, [[0, 0, 1]], [[0, 1, 0]], samples=4, progress=False)["illuminance"][0]
+    np.testing.assert_allclose(view["illuminance"][8:16], sensor[8:16], rtol=0.1)
+    assert view["dgp"][0] == view["dgp_error"][0] == 0
+    assert view["exceeded"] == pytest.approx(view["dgp"][11])
+    assert view["perceptible"] == view["intolerable"] == (1 if view["dgp"][11] > 0.45 else 0)
+    assert (view["illuminance_error"][8:16] > 0).all()
+    with pytest.raises(glowworm.Error, match="half space before an eye"):
+        glowworm.annual_glare(sunny, weather, [glowworm.Camera([0, 0, 1], [0, 1, 1], [0, 0, 1])], **options)

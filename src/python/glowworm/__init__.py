@@ -35,6 +35,7 @@ from ._glowworm import (
     _bake,
     _bake_option_names,
     _compare,
+    _annual_glare,
     _daylight,
     _FrameSequence,
     _measure,
@@ -65,6 +66,7 @@ __all__ = [
     "SceneBuilder",
     "Tracer",
     "__version__",
+    "annual_glare",
     "aov_names",
     "bake",
     "builtin_scenes",
@@ -332,6 +334,47 @@ def daylight(
     }
     with _shown(progress) as show:
         return _daylight(scene, os.fspath(weather), points, normals, given, show, **options)
+
+
+@_with_options(_measure_option_names())
+def annual_glare(
+    scene: Scene,
+    weather: Union[str, "os.PathLike[str]"],
+    views: Sequence[Camera],
+    *,
+    hours: str = "8-18",
+    occupied: Optional[Sequence[int]] = None,
+    shades: Sequence[Scene] = (),
+    shade_of_hour: Optional[Sequence[int]] = None,
+    sky_patches: int = 145,
+    ground: float = 0.2,
+    sun_step: float = 7.5,
+    view_pixels: int = 128,
+    progress: Progress = None,
+    **options: Option,
+) -> Dict[str, Any]:
+    """Rates the glare of views in every hour of a year by their luminances, as `glowworm daylight --views` does.
+
+    views: cameras with projection "fisheye" or "hemispherical" and a field_of_view of at most 180. view_pixels: along a
+    side of their pictures. photons, gather, seed and memory have an effect; the rest is as for daylight().
+
+    Returns hours (h, 3), as daylight() does, and views, a dictionary for each: dgp (h), the daylight glare probability;
+    illuminance (h), lx on the plane across the view; dgp_error and illuminance_error (h), standard errors of which twice
+    holds the truth with a chance of 95%; exceeded, the DGP that 5% of the occupied hours exceed; and the numbers of
+    occupied hours with a DGP above 0.35, 0.40 and 0.45: perceptible, disturbing and intolerable.
+    """
+    given: Dict[str, Any] = {
+        "hours": hours,
+        "occupied": None if occupied is None else [int(hour) for hour in occupied],
+        "shades": list(shades),
+        "shade_of_hour": shade_of_hour,
+        "sky_patches": sky_patches,
+        "ground": ground,
+        "sun_step": sun_step,
+        "view_pixels": view_pixels,
+    }
+    with _shown(progress) as show:
+        return _annual_glare(scene, os.fspath(weather), list(views), given, show, **options)
 
 
 @_with_options(_bake_option_names())

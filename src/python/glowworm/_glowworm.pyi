@@ -42,6 +42,14 @@ def _daylight(
     progress: Optional[Callable[[float], Any]],
     **kwargs: Option,
 ) -> Dict[str, Any]: ...
+def _annual_glare(
+    scene: Scene,
+    weather: str,
+    views: Sequence[Camera],
+    given: Dict[str, Any],
+    progress: Optional[Callable[[float], Any]],
+    **kwargs: Option,
+) -> Dict[str, Any]: ...
 def _bake(
     scene: Scene,
     path: Path,
