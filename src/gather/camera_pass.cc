@@ -25,9 +25,6 @@ constexpr int kBlock = CameraTask::kBlock;
 /// Up to this many bounces, surface samples follow both reflection and refraction by clear glass. With a random choice,
 /// a lamp that is rarely chosen would make single bright pixels.
 constexpr int kSplitBounces = 4;
-/// Beyond this many bounces, one of the surface samples of a path goes on for all: between mirrors, all of them would
-/// take four times as long as the path. Glass has no chains as long.
-constexpr int kLongChain = 16;
 
 /// State of a camera path between bounces.
 struct CameraPath : PathState {
@@ -286,9 +283,8 @@ class BlockTracer {
     }
     const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSharp);
     // Not by throughput: splitting makes it small, and would end paths. The first bounces are not left to chance.
-    if (!leave(path, vertex, s, s.weight)) return false;
-    const float share = bounce == kLongChain ? 1.0f / kSurfaceSamples : 1;
-    return bounce < kSplitBounces || survives(path, share * max_component(s.weight), 1, bounce);
+    return leave(path, vertex, s, s.weight) &&
+           (bounce < kSplitBounces || survives(path, max_component(s.weight), 1, bounce));
   }
 
   static bool survives(CameraPath& path, float weight, float least, int bounce) {
