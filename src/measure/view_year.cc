@@ -150,7 +150,7 @@ ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t s
 /// The disc that stands for the sun in rough lobes, which would hide between ways if they are narrow.
 float glint_radius(const ViewLight& view) {
   const float across = 2 * view.blank.half_x / static_cast<float>(view.blank.width * kWaysAcross);
-  return std::max(static_cast<float>(kSunRadius), across / 2);
+  return std::max(static_cast<float>(kSunRadius), static_cast<float>(kDiscOverSpacing) * across);
 }
 
 /// Hours whose pictures are held at once.

@@ -153,17 +153,6 @@ TEST_F(SlowPolishedFloor, AgreesWithPicturesOfSingleHours) {
   }
 }
 
-/// Pictures of samples do not find narrower lobes: they hold the light of a mirror.
-TEST_F(SlowPolishedFloor, TendsToAMirror) {
-  const ViewYear mirror = year(0);
-  for (const float alpha : {0.0025f, 0.01f}) {
-    const ViewYear found = year(alpha);
-    for (std::size_t hour = 0; hour < weather_.hours.size(); ++hour)
-      EXPECT_NEAR(found.illuminance[hour], mirror.illuminance[hour], 0.05 * mirror.illuminance[hour])
-          << alpha << ' ' << hour;
-  }
-}
-
 /// The spread of the results of many seeds against the errors that they state.
 TEST(SlowRateViews, StatesItsNoise) {
   constexpr std::uint32_t kSeeds = 12;
