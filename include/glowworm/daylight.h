@@ -39,7 +39,7 @@ struct DaylightOptions {
   int view_pixels = 128;  ///< along a side of the pictures of annual_glare(), 16 to 1024
 };
 
-/// The daylight of a year. Shares are of the occupied hours, from 0 to 1; those of sensors have one entry a sensor.
+/// The daylight of a year. Shares are of the occupied hours, from 0 to 1; shares of sensors have one entry a sensor.
 struct Daylight {
   struct Hour {
     std::int32_t month = 1, day = 1, hour = 1;  ///< the hour ends then, 1 to 24, standard time

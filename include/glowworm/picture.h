@@ -17,7 +17,7 @@ inline constexpr const char* kImageLayer = "image";
 /// A picture: layers of floats.
 struct Picture {
   struct Layer {
-    std::string name;  ///< kImageLayer, or that of an AOV
+    std::string name;  ///< kImageLayer, or the name of an AOV
     /// Letters of the channels: "RGB" of colours, "XYZ" of vectors, "Z" of depth.
     std::string channels;
     /// height * width * channels.size(): row by row from the top, the channels of a pixel side by side. Radiance in

@@ -20,7 +20,7 @@ struct Hits {
   std::vector<Vec3> normal;             ///< unit, by the winding of the triangle; (0,0,0) for no hit
 };
 
-/// Room for closest hits: memory of the caller, of one length. The members are those of Hits.
+/// Room for closest hits: memory of the caller, of one length. The members are as in Hits.
 struct HitSpans {
   std::span<float> distance;
   std::span<std::uint32_t> triangle;

@@ -383,11 +383,11 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
 }
 
 constexpr const char* kBakeFooter = R"(
-The light of a texel is computed as that of a pixel, with samples over its area.
+The light of a texel is computed like a pixel, with samples over its area.
 Light is baked on surfaces whose look does not depend on the place of the viewer;
 lamps, glass and mirrors are left as they are. The file's values are
 radiance in W sr^-1 m^-2 (lightmap: irradiance in W m^-2) times 2^exposure.
-Those of probes are irradiance in W m^-2 without a factor.
+Probes hold irradiance in W m^-2 without a factor.
 Everything else in a glTF file stays as it is: animations, skins, extensions,
 names, extras. A mesh that several nodes share is copied for each node, and
 meshes compressed by Draco are written without compression. Lamps and lights

@@ -123,7 +123,7 @@ int run_merge(MergeOptions& o) {
 
 constexpr const char* kMergeFooter = R"(
 Merging all parts reproduces the render bit for bit; merging some gives a noisier image. Parts may be
-merged into a larger part (-o all.part), to be merged again. The layers are those of the --aov of the parts.
+merged into a larger part (-o all.part), to be merged again. The layers are what --aov named for the parts.
 
 Examples:
   glowworm render builtin:cornell --part 1/2 -o 1.part

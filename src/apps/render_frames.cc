@@ -162,7 +162,7 @@ int find_earlier_light(RenderOptions& o, Opened& shown, Sequence& sequence, std:
   return 0;
 }
 
-/// Takes the memory of the light of earlier frames from that of each frame.
+/// Takes the memory of the light of earlier frames from each frame's.
 void reserve_light(RenderOptions& o, const Scene& scene, const std::vector<std::uint32_t>& numbers) {
   if (o.sequence.reuse == 0 || numbers.empty()) return;
   // One more for the frame itself.

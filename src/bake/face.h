@@ -23,8 +23,8 @@ inline Vec3 face_normal(const Geometry& geometry, BakeFace face) {
   return face.back ? -n : n;
 }
 
-/// An edge that two faces share: corner `corner` and the next one of each. The corners of one face run against those of
-/// the other.
+/// An edge that two faces share: corner `corner` and the next one of each. The corners of the two faces run in opposite
+/// directions.
 struct SharedEdge {
   std::uint32_t face[2] = {kNone, kNone};  ///< indices into the list of faces
   std::uint8_t corner[2] = {0, 0};         ///< where the edge begins in each

@@ -40,10 +40,10 @@ bool is_inside_solid(const Scene& scene, const Tracer& tracer, Vec3 position);
 /// numbers.
 std::shared_ptr<const Scene> without_instances(const std::shared_ptr<const Scene>& scene);
 
-/// Chooses the faces to bake and lays them out: all but those of glass, mirrors, and lamps whose own light is all that
-/// shows. Where light arrives on the backs of a surface that is seen from both sides, its backs are baked, too. Throws
-/// Error if the scene has instances, if nothing is left, if an atlas is too small, or if the tables of all texels
-/// exceed the memory.
+/// Chooses the faces to bake and lays them out: all but glass, mirrors, and lamps whose own light is all that shows.
+/// Where light arrives on the backs of a surface that is seen from both sides, its backs are baked, too. Throws Error
+/// if the scene has instances, if nothing is left, if an atlas is too small, or if the tables of all texels exceed the
+/// memory.
 BakeLayout lay_out(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                    const AtlasRequest& request);
 

@@ -34,7 +34,7 @@ struct TexelIrradiance {
 
   explicit TexelIrradiance(std::size_t texels) : value(texels), known(texels, 0) {}
   /// Takes rows of texels out of a film, filtered where the settings say so.
-  /// @param film of a Job of these settings over `grid`, whose points are those of texel_points()
+  /// @param film of a Job of these settings over `grid`, made by texel_points()
   void take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row, int end_row);
 };
 

@@ -22,7 +22,7 @@ inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
 inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha, or reflection by a matrix
 /// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that transmit through their facets, however rough: photons
-/// are compared by the side of arrival, so an estimate on one side of glass cannot count those of the other.
+/// are compared by the side of arrival, so an estimate on one side of glass cannot count photons of the other.
 inline constexpr Lobes kSharp = 8;
 inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
 inline constexpr Lobes kAllLobes = kBroad | kSharp;
@@ -44,7 +44,7 @@ enum class BsdfKind : std::uint8_t {
 };
 
 /// A material resolved at a point: only numbers, so that arrays of it can be evaluated in batches. Every index of
-/// refraction is that of the inside (z < 0) over that of the outside. Colours are in [0, 1]. GGX alphas are alphas, not
+/// refraction is relative: the inside's (z < 0) over the outside's. Colours are in [0, 1]. GGX alphas are alphas, not
 /// "roughness" (glTF's alpha is roughness squared; pbrt's is remapped if the file says so). Each kind reads only these
 /// fields:
 /// - lambertian: diffuse, transmission.
@@ -73,7 +73,7 @@ struct Bsdf {
   float alpha_x = 0, alpha_y = 0;  ///< GGX alpha along the shading frame's s and t; both < kSmoothAlpha: smooth
   float coat_alpha = 0;            ///< GGX alpha of the coat
   float coat = 0;                  ///< share of the surface that has the coat
-  float coat_eta = 1.5f;           ///< index of the coat over that of the outside
+  float coat_eta = 1.5f;           ///< index of the coat over the outside's
   float coat_thickness = 0;  ///< optical depth of the coat along the normal, pbrt-v4's "thickness" (default 0.01): it
                              ///< absorbs exp(-thickness / cos) at each passage
   std::uint8_t coat_bounces = 0;  ///< maximum number of reflections at the base under a coat; 0: unlimited. pbrt-v4's
@@ -101,7 +101,7 @@ inline bool is_lambertian(const Bsdf& bsdf) {
 }
 
 /// f_r (or f_t) of the given lobes in sr^-1, without the cosine; Dirac deltas count as zero. It applies to radiance
-/// scattered from wi to wo: refracted radiance is scaled by the square of the index of wo's side over that of wi's.
+/// scattered from wi to wo: refracted radiance is scaled by the square of the index of wo's side over wi's.
 /// Otherwise, and with wo and wi exchanged after division by the squared index of wo's side, f is symmetric.
 RGB evaluate(const Bsdf& bsdf, Vec3 wo, Vec3 wi, Lobes lobes);
 
@@ -134,7 +134,7 @@ RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
 RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo);
 
 /// Reduces a dispersive BSDF to one of three wavelengths, which represent red, green and blue; does nothing to others.
-/// A path that has only one colour left keeps it. The indices are those of KHR_materials_dispersion: eta -/+ (eta - 1)
+/// A path that has only one colour left keeps it. The indices follow KHR_materials_dispersion: eta -/+ (eta - 1)
 /// dispersion / 40 for red and blue.
 /// @param u in [0, 1), chooses; @return factor on the path's throughput
 RGB choose_wavelength(Bsdf& bsdf, RGB throughput, float u);

@@ -54,8 +54,8 @@ inline RGB fresnel_schlick(float cos_i, RGB f0, float f90) {
   return f0 * (1 - t) + RGB(f90 * t);
 }
 
-/// Reflectance of a BSDF's conductor, seen through a medium whose index over that of the outside is `medium`. Schlick's
-/// F0 is not changed.
+/// Reflectance of a BSDF's conductor, seen through a medium. Schlick's F0 is not changed.
+/// @param medium its index of refraction over the outside's
 inline RGB fresnel_of_base(const Bsdf& bsdf, float cos_i, float medium) {
   return bsdf.use_reflectance ? fresnel_schlick(cos_i, bsdf.specular, 1)
                               : fresnel_conductor(cos_i, bsdf.eta / medium, bsdf.k / medium);

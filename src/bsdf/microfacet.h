@@ -11,7 +11,7 @@ namespace glowworm::bsdf_detail {
 inline Vec3 reflect(Vec3 w, Vec3 normal) { return normal * (2 * dot(w, normal)) - w; }
 
 /// The refracted direction on the far side; false for total reflection.
-/// @param w on the side of `normal`; @param eta index of the far side over that of the near side
+/// @param w on the side of `normal`; @param eta index of refraction of the far side over the near side's
 inline bool refract(Vec3 w, Vec3 normal, float eta, Vec3& refracted) {
   const float cos_i = dot(w, normal);
   const float sin2_t = std::max(0.0f, 1 - cos_i * cos_i) / (eta * eta);

@@ -96,7 +96,7 @@ enum class Boundary {
 /// The functions of one surface.
 class BoundaryTable {
  public:
-  /// @param eta index of the denser side over that of the other, >= 1 (clamped to 3)
+  /// @param eta index of refraction of the denser side over the other's, >= 1 (clamped to 3)
   BoundaryTable(const Microfacet& m, float eta);
   Curve curve(Boundary what) const {
     Curve out;

@@ -1,4 +1,4 @@
-// Volume photons, or pieces of beams, sorted into blocks of eight, with a tree of boxes over those of each medium.
+// Volume photons, or pieces of beams, sorted into blocks of eight, with a tree of boxes for each medium.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -42,7 +42,7 @@ class VolumeIndex {
   /// The view for the kernels; valid until this object is moved or destroyed.
   VolumeTree tree(const Medium& medium) const;
 
-  /// Bytes of an index of so many photons, or of beams of so many pieces, at most, without those of a few media.
+  /// Most bytes of an index of that many photons, or of beams of that many pieces, without its table of media.
   static std::uint64_t photon_bytes(std::size_t photons);
   static std::uint64_t piece_bytes(std::size_t pieces);
 

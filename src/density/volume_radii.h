@@ -30,8 +30,8 @@ struct BeamPieces {
 };
 
 /// Cuts beams into pieces, which are a multiple of their radii long, the same for all beams of a medium: as short as so
-/// many pieces can be. A radius is that of a sphere which about k / 4 beams of the same medium cross: a segment passes
-/// many such spheres. Beams of much flux are wider. Does not depend on the number of threads.
+/// many pieces can be. About k / 4 beams of the same medium cross a sphere of a beam's radius: a segment passes many
+/// such spheres. Beams of much flux are wider. Does not depend on the number of threads.
 BeamPieces volume_beam_pieces(const VolumeBeams& beams, std::uint32_t k);
 
 }  // namespace glowworm

@@ -34,9 +34,9 @@ struct EarlierFrames {
       : view(std::move(view)), frames(std::move(frames)) {}
 };
 
-/// Adds samples of earlier frames to those of each pixel: from the pixel that shows the same place of a surface, if
-/// the light around both is the same as far as their statistics tell. Its samples count as much as the pixel's own, so
-/// the error that a wrong answer adds is no larger than the noise that it removes.
+/// Adds samples of earlier frames to each pixel: from the pixel that showed the same place of a surface, if the light
+/// around both is the same as far as their statistics tell. Its samples count as much as the pixel's own, so the error
+/// that a wrong answer adds is no larger than the noise that it removes.
 ///
 /// The mean square of the differences of 3 x 3 pixels, over the variances, tells a shifted edge; their sum tells a
 /// reflection that has moved.

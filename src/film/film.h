@@ -57,16 +57,16 @@ class Film {
   void add(const CameraTask& task, const SlotRadiance& radiance, const FirstHit& first_hit, const Geometry& geometry,
            std::size_t first_slot = 0);
   /// The same for samples that a film of the task's pixels holds. Pixels that have some of them, but not all, never get
-  /// the rest: awaits() tells. The bits are those of the samples added one by one, but for a pixel of more than kMaxIds
-  /// samples in the task that sees more than kMaxIds objects or materials.
+  /// the rest: awaits() tells. The bits are the same as of samples added one by one, but for a pixel of more than
+  /// kMaxIds samples in the task that sees more than kMaxIds objects or materials.
   void add(const CameraTask& task, const Film& samples);
   /// A film of the same kind without samples, for other pixels.
   /// @param first_sample of these, counted from the first of this film
   Film like(const PixelBounds& bounds, std::uint32_t first_sample = 0) const;
   /// A copy of some rows of the picture.
   Film rows(int first, int end) const;
-  /// The same, with black samples where a pixel has fewer than two. Its values are not those of the picture, but making
-  /// an image of it takes as long for each row.
+  /// The same, with black samples where a pixel has fewer than two. Its values differ from the picture, but making an
+  /// image of it takes as long for each row.
   Film sketch_of_rows(int first, int end) const;
   /// Replaces the pixels of the rows that both films hold. @param other of the same kind, with the same columns
   void take_rows(const Film& other);
@@ -90,7 +90,7 @@ class Film {
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
   /// medium is black in films without PlaceLayers::medium.
-  /// fine_emitted and fine_albedo are those of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
+  /// fine_emitted and fine_albedo are means of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
   /// film without them and in pixels of a single sample, which the filters leave as it is, too.
   enum class Layer : std::uint8_t {
     emitted,
@@ -120,7 +120,7 @@ class Film {
   struct IdCount {
     std::uint32_t id = kNone, count = 0;
   };
-  /// Those of a pixel at most; samples of further ones are not counted.
+  /// The most ids of a pixel; samples of further ones are not counted.
   static constexpr std::size_t kMaxIds = kMaxIdsOfPixel;
   using IdCounts = std::array<IdCount, kMaxIds>;
   /// By Geometry::objects and by the scene's materials, one entry a pixel; empty where they are not kept.
@@ -131,8 +131,8 @@ class Film {
   RGB radiance(std::size_t pixel, bool indirect_only) const;
   std::uint32_t sample_count(std::size_t pixel) const { return count_[pixel]; }
 
-  /// Variance of the luminance of radiance(), by the spread of the samples, or that of the means of batches; 0 for
-  /// fewer than two.
+  /// Variance of the luminance of radiance(), by the spread of the samples or of the means of batches; 0 for fewer than
+  /// two.
   float variance(std::size_t pixel) const;
   bool has_moments() const { return has_moments_; }
   /// Whether these are of light of media, too.

@@ -40,9 +40,9 @@ FrameLight light_of_frame(const Film& film, FrameView view);
 FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows);
 
 /// Relative standard error of a picture: the root over pixels of the mean of variance / (m^2 + 0.01 M^2), with M the
-/// luminance of the picture and m that of the pixel, or of the 5 x 5 pixels around it where that is less: the error of
-/// a single bright sample is large for what the pixel should show. What photons that all samples share add to it is not
-/// in it.
+/// mean luminance of the picture and m the luminance of the pixel, or of the 5 x 5 pixels around it where that is less:
+/// the error of a single bright sample is large for what the pixel should show. What photons that all samples share add
+/// to it is not in it.
 double relative_error(const FilmPicture& picture);
 
 /// M, and a pixel's part of that mean.

@@ -25,7 +25,7 @@ struct EdgePicture {
 /// of two surfaces of even light is such a function.
 ///
 /// The prediction and the pixel's own mean are weighted by their inverse variances, so the result converges to the mean
-/// of the samples. The variance of a pixel is that of its neighbours: its own would favour dark samples.
+/// of the samples. The variance comes from the neighbours: a pixel's own would favour dark samples.
 ///
 /// The same bits for any number of threads; linear in pixels. Nothing changes if a pixel has fewer than two samples.
 /// @param radiance W sr^-1 m^-2, of filter_light(); changed in place

@@ -20,7 +20,7 @@ constexpr int kTileWidth = WindowSums::kWidth, kTileHeight = WindowSums::kHeight
 constexpr int kBlock = 32;
 /// Samples whose spread a pixel shares with its neighbours.
 constexpr float kSharedSamples = 8;
-/// Weights favour pixels whose noise resembles that of the centre, and differences that the test cannot tell from noise
+/// Weights favour pixels whose noise resembles the centre's, and differences that the test cannot tell from noise
 /// make the mean wrong. Both leave a share of the centre's variance in addition to what the weights predict: kLeastKept
 /// where all pixels of its surface show the same light, and kKeptApart more where none does. Noise alone leaves 0.006
 /// to 0.15 on indirect light of two rooms; with squared bias, which is 15 to 60% of the squared error, it is 2.5 times
@@ -31,7 +31,7 @@ float kept_variance(float apart) { return kLeastKept + kKeptApart * apart * apar
 
 /// A linear function of the place, fitted to the levels of a window: at the pixel itself, beside their mean. Where the
 /// pixels lie on one side, as at edges of surfaces and of noise, light that changes makes the mean wrong. Where they do
-/// so because of their levels, their mean is that of levels around the pixel's own, and is right.
+/// so because of their levels, they are levels around the pixel's own, and their mean is right.
 struct LinearFit {
   float factor = 1;    ///< on the mean
   float variance = 1;  ///< factor on the mean's variance
@@ -185,7 +185,7 @@ class LightFilter {
   }
 
   /// Scales variances by what stratified samples gain at edges of light, which differs from block to block, for the
-  /// comparison of pixels. The variance stated is that of smooth light, with no more than the gain of n samples at
+  /// comparison of pixels. The variance stated is for smooth light, with no more than the gain of n samples at
   /// edges, n^-0.5.
   void calibrate() {
     const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
@@ -214,9 +214,9 @@ class LightFilter {
     });
   }
 
-  /// Ratio of the variance of stratified samples to that of independent ones at edges of light: the fourth root of the
-  /// ratio in smooth light. With n samples, variances fall with n^-3 in smooth light and with n^-1.5 at edges; those of
-  /// independent samples fall with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals of
+  /// Variance of stratified samples over the variance of independent ones at edges of light: the fourth root of the
+  /// ratio in smooth light. With n samples, variances fall with n^-3 in smooth light and with n^-1.5 at edges;
+  /// for independent samples, with n^-1 (A. Owen, "Scrambled Net Variance for Integrals of Smooth Functions", Annals of
   /// Statistics 25(4), 1997; D. Mitchell, "Consequences of Stratified Sampling in Graphics", SIGGRAPH 1996). The ratio
   /// in smooth light comes from the median of fourth differences, which ignores edges. Pixels are not compared by it,
   /// because those that met rare bright samples would then differ from all others and remain as specks.

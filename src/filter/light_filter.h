@@ -50,14 +50,15 @@ struct FilteredLight {
 /// small variances. So only pixels whose surroundings are equally noisy are averaged (find_noise() in
 /// kernels/light_window.h): noise spreads as far as it occurs.
 ///
-/// Where these pixels lie on one side, as at edges of surfaces and at ends of penumbras, their mean is that of another
-/// place. So a linear function is fitted to them, whose value at the pixel is what counts (local linear regression: J.
-/// Fan, "Design-adaptive Nonparametric Regression", Journal of the American Statistical Association 87, 1992).
+/// Where these pixels lie on one side, as at edges of surfaces and at ends of penumbras, their mean belongs to
+/// another place. So a linear function is fitted to them, whose value at the pixel is what counts (local linear
+/// regression: J. Fan, "Design-adaptive Nonparametric Regression", Journal of the American Statistical Association 87,
+/// 1992).
 ///
 /// Samples of one pixel are stratified, so their spread overstates the error of their mean. Fourth differences of
 /// neighbouring pixels measure by how much. Pixels are compared by variances that are scaled by the fourth root of
-/// that, which is what stratification gains at edges of light. Those of the result are scaled by all of it, but by no
-/// less than n^-0.5 of n samples.
+/// that, which is what stratification gains at edges of light. Variances of the result are scaled by all of it, but by
+/// no less than n^-0.5 of n samples.
 ///
 /// The same bits for any number of threads; linear in pixels.
 /// Light comes back as it is where a pixel has fewer than two samples.

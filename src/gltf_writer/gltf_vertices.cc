@@ -82,7 +82,7 @@ void set_bounds(const GltfElements& elements, json& accessor) {
   accessor["max"] = high;
 }
 
-/// Those of a Draco attribute. Joints are numbers; all else may be floats (glTF 2.0, section 3.7.2.1).
+/// Elements of a Draco attribute. Joints are numbers; all else may be floats (glTF 2.0, section 3.7.2.1).
 GltfElements elements_of(const DracoPrimitive::Attribute& attribute, bool are_joints) {
   GltfElements out;
   out.components = static_cast<std::size_t>(attribute.components);

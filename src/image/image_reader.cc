@@ -171,7 +171,7 @@ class IdleProcesses {
  public:
   std::unique_ptr<ReaderProcess> take() {
     const std::lock_guard lock(mutex_);
-    // Those of a process that made this one by fork() serve that one.
+    // After fork(), the readers still serve the parent process.
     if (std::exchange(owner_, getpid()) != getpid()) idle_.clear();
     while (!idle_.empty()) {
       std::unique_ptr<ReaderProcess> last = std::move(idle_.back());

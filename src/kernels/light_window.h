@@ -1,5 +1,5 @@
-// The window of the filter of gathered light (filter/light_filter.h): weighs and adds the pixels around those of a
-// tile.
+// The window of the filter of gathered light (filter/light_filter.h): weighs and adds the pixels around each
+// pixel of a tile.
 #pragma once
 #include <cstddef>
 

@@ -15,11 +15,11 @@ namespace glowworm {
 class EmissionProfile {
  public:
   /// @param table with an integral above 0
-  /// @param faces unit normals times areas; those of one plane may be one face
+  /// @param faces unit normals times areas; faces of one plane may be joined
   /// @param two_sided the faces shine on both sides
   EmissionProfile(std::shared_ptr<const IntensityTable> table, std::vector<Vec3> faces, bool two_sided);
 
-  /// Radiance towards a direction, over that of an even emission with the same flux; 0 where no face shines.
+  /// Radiance towards a direction, over the radiance of an even emission with the same flux; 0 where no face shines.
   float relative_radiance(Vec3 direction) const;
   /// A direction with a density in proportion to the intensity. @param u in [0, 1)
   Vec3 sample(Vec2 u) const { return table_->sample(u); }

@@ -44,8 +44,8 @@ class LightRig {
   /// Triangles that an edit may move.
   std::vector<std::uint32_t> movable_triangles() const;
 
-  /// The edits of another rig's lights for those of the same names here. Other lights stay unedited: a light that is
-  /// black at a moment of an animation is not in that scene's rig.
+  /// The edits of another rig's lights for the lights of the same names here. Other lights stay unedited: a light that
+  /// is black at a moment of an animation is not in that scene's rig.
   std::vector<LightEdit> edits_of(const LightRig& other, const std::vector<LightEdit>& edits) const;
   /// Whether positions of triangles differ between the two.
   bool same_geometry(const std::vector<LightEdit>& a, const std::vector<LightEdit>& b) const;

@@ -68,8 +68,8 @@ struct SceneDescription {
   std::vector<std::string> notes;
 };
 
-/// Changes that a user makes in a viewer. Everything else comes from the original scene. Positions are those of the
-/// scene's tables (Scene::inside()).
+/// Changes that a user makes in a viewer. Everything else comes from the original scene. Positions are relative
+/// to Scene::origin().
 struct SceneEdit {
   std::vector<Emission> emissions;  ///< as many as the scene has
   std::vector<Light> lights;        ///< as many as the scene has, or more
@@ -162,7 +162,7 @@ class Scene {
   /// in W (luminance).
   const Distribution1D& light_power() const { return light_power_; }
   /// Power of each light source in W, counted as in light_power(); an estimate for textured emission, and for media,
-  /// which are taken to fill their boxes. The last may be that of all parts of the environment.
+  /// which are taken to fill their boxes. The last entry may hold all parts of the environment.
   const std::vector<RGB>& source_powers() const { return source_powers_; }
   /// Number of light sources, with each part of the environment.
   std::size_t light_source_count() const {

@@ -12,7 +12,7 @@ struct Environment;
 /// Space has y up; north is -z and east is x.
 struct SkyModel {
   float a = 0, b = -1, c = 0, d = -1, e = 0;
-  float offset = 0;   ///< exp(d pi / 2) for the skies of the CIE, 0 for that of Perez
+  float offset = 0;   ///< exp(d pi / 2) for the skies of the CIE, 0 for Perez's
   float linear = 0;   ///< 2 for the CIE overcast sky, else 0
   float zenith = 1;   ///< factor that gives W sr^-1 m^-2
   float ground = 0;   ///< radiance below the horizon, W sr^-1 m^-2

@@ -77,8 +77,8 @@ class PassMemoryKeeper {
   MemoryBudget& budget_;
 };
 
-/// Most of the time of a view at rest that its filter takes, as a share of that of its passes; and the least growth of
-/// its samples from one filtered picture to the next, as an inverse share.
+/// The filter of a view at rest takes at most this share of the time of its passes; and from one filtered picture to
+/// the next, its samples grow at least by this inverse share.
 constexpr double kFilterShare = 0.5;
 constexpr std::uint32_t kFilterGrowthInverse = 8;
 /// Fewest samples whose spread tells the filter of renders their noise.

@@ -131,8 +131,8 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   s.photons = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 
-/// Whether the noise of the first photons decides how many there are. Those of a render with a time limit are as many
-/// as there is time for, and a progressive render has new ones for every sample.
+/// Whether the noise of the first photons decides how many there are. A render with a time limit takes as many as there
+/// is time for, and a progressive render has new ones for every sample.
 bool chooses_photons_by_noise(const RenderSettings& s) {
   return s.integrator == Integrator::gather && s.photons == 0 && s.thinned == 0 && s.time_limit_s <= 0 &&
          !s.progressive && !s.of_points;

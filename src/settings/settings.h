@@ -85,8 +85,8 @@ struct RenderSettings {
   std::string engine = "auto";
   std::uint32_t samples = 0;  ///< camera samples of each pixel, of all shares together
   SampleShare part;           ///< the share of them to render; all else describes the whole render
-  /// The slice of the time of an open shutter that is rendered: its share of the samples of the whole render. The film
-  /// holds those of the slices before (JobMaps::rows).
+  /// The slice of the open shutter's time that is rendered: its share of the samples of the whole render. The film
+  /// holds the samples of earlier slices (JobMaps::rows).
   SampleShare slice;
   std::uint32_t photon_stream = 0;                ///< selects the photons of the seed: each moving slice has its own
   std::string share;                              ///< folder for share/share_folder.h; empty: none
@@ -142,7 +142,7 @@ struct RenderSettings {
   PlaceLayers place_layers() const;
   /// The samples to render, by `samples` and `part`.
   SampleRange sample_range() const;
-  /// Those of them that belong to `slice`; may be none.
+  /// The samples of sample_range() that belong to `slice`; may be none.
   SampleRange slice_range() const;
   /// Seed of photons.
   std::uint32_t photon_seed() const { return photon_stream == 0 ? seed : hash_combine(~seed, photon_stream); }
@@ -156,8 +156,8 @@ std::vector<std::string> guide_cameras(const std::vector<std::string>& names);
 /// Whether the render filters its image.
 bool filters(const RenderSettings& settings);
 
-/// Whether the render's pixels get samples by their noise. Those of a progressive render do not: each sample has
-/// photons of its own.
+/// Whether the render's pixels get samples by their noise. In a progressive render they do not: each sample has photons
+/// of its own.
 /// @param settings resolved
 bool is_adaptive(const RenderSettings& settings);
 

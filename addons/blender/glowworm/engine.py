@@ -26,7 +26,7 @@ _PASSES = {
 
 
 def _passes(layer):
-    """The passes that a view layer asks for, as those of _PASSES."""
+    """The passes of _PASSES that a view layer asks for."""
     own = layer.glowworm
     wanted = {
         'Depth': layer.use_pass_z, 'Normal': layer.use_pass_normal, 'Direct': own.use_direct,

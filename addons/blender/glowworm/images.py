@@ -1,4 +1,4 @@
-"""Image files of a scene: those of Blender's images where they are, others written beside the scene."""
+"""Image files of a scene: Blender's images where they are files, others written beside the scene."""
 import os
 import struct
 import zlib
@@ -25,7 +25,7 @@ def has_alpha(image):
 
 
 def opaque(image, pixels):
-    """Colours as Cycles shows those of a texture whose alpha no node uses: times alpha, which is 0 to 1 of linear light."""
+    """Colours as Cycles shows them of a texture whose alpha no node uses: times alpha, which is 0 to 1 of linear light."""
     alpha = pixels[:, :, 3:]
     if image.is_float or image.alpha_mode in ('PREMUL', 'CHANNEL_PACKED'):
         return pixels[:, :, :3]

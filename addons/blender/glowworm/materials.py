@@ -507,6 +507,6 @@ class Materials:
         return self.number(node.inputs['Color']) if is_float else None
 
     def _from_light_path(self, node, output, _is_float):
-        """Light paths are those of the camera."""
+        """Light paths count as camera rays."""
         self._note('Light Path is taken as for camera rays')
         return 1.0 if output.name == 'Is Camera Ray' else 0.0

@@ -17,7 +17,7 @@ _STAGES = ((8, ('--samples', '1', '--gather', '4', '--photons', '20k')),
 
 
 def camera_text(view_matrix, window_matrix, is_perspective):
-    """pbrt's camera of a viewport. The matrices are those of RegionView3D."""
+    """pbrt's camera of a viewport, from the matrices of RegionView3D."""
     window = []
     for axis in (0, 1):
         scale = window_matrix[axis][axis]

@@ -11,7 +11,7 @@ import bpy
 
 
 def path():
-    """The program: that of the add-on's preferences, of the environment variable GLOWWORM, or of PATH."""
+    """The program: of the add-on's preferences, the environment variable GLOWWORM, or PATH."""
     add_on = bpy.context.preferences.addons.get(__package__)
     chosen = bpy.path.abspath(add_on.preferences.program) if add_on else ''
     found = chosen or os.environ.get('GLOWWORM') or shutil.which('glowworm')

@@ -133,7 +133,7 @@ CLASSES = (GlowwormPreferences, GlowwormSettings, GlowwormLayer, GLOWWORM_PT_qua
 
 
 def _shared_panels():
-    """Blender's own panels that fit every engine: those of lights, materials and so on that Cycles does not replace."""
+    """Blender's own panels that fit every engine: of lights, materials and so on, where Cycles does not replace them."""
     left_out = {'VIEWLAYER_PT_filter', 'VIEWLAYER_PT_layer_passes', 'RENDER_PT_simplify'}
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, 'COMPAT_ENGINES', ())

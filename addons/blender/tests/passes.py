@@ -66,7 +66,7 @@ def write_files(folder):
 
 
 def preview_of_camera():
-    """The last picture of a preview is that of the camera."""
+    """The last picture of a preview shows the camera's view."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 48, 32
     scene.glowworm.samples = 4

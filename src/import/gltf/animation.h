@@ -43,7 +43,7 @@ double animation_seconds(const GltfDocument& document, const std::string& name);
 /// Throws Error, which lists the animations, for an unknown name, and if an animation has too few numbers.
 void animate(const GltfDocument& document, const std::string& name, double seconds, GltfNodeValues& values);
 
-/// The same for other properties that pointers move, such as those of materials and lights, in the file's JSON. Returns
+/// The same for other properties that pointers move, of materials and lights for example, in the file's JSON. Returns
 /// whether there are any.
 bool animate_properties(const GltfDocument& document, const std::string& name, double seconds, nlohmann::json& root);
 

@@ -34,8 +34,8 @@ TextureWrap wrap_of(int mode) {
 
 constexpr float kDefaultDielectricReflectance = 0.04f;  ///< of index 1.5; specularColorFactor scales it
 
-/// Albedo of single scattering for that of a half-space under diffuse light (Kulla and Conty, "Revisiting Physically
-/// Based Shading at Imageworks", 2017).
+/// Albedo of single scattering that gives a half-space this albedo under diffuse light (Kulla and Conty, "Revisiting
+/// Physically Based Shading at Imageworks", 2017).
 RGB albedo_of_multiscatter(RGB color, float g) {
   RGB out;
   for (int c = 0; c < 3; ++c) {

@@ -5,7 +5,7 @@
 namespace glowworm {
 
 /// The opening that an IES LM-63 file means by its width (across the plane C0 to C180), length (along it) and height
-/// (metres, with their signs). A negative size is that of a round shape; editions before 2002 write one for both sizes
+/// (metres, with their signs). A negative size means a round shape; editions before 2002 write one for both sizes
 /// of a circle or an ellipse, and 0 for the other.
 /// @param edition the year
 LuminousOpening lm63_opening(float width, float length, float height, int edition);

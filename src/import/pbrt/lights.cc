@@ -247,8 +247,7 @@ class LightBuilder {
     }
     if (!context_.v3) parameters_.note("taken as a lat-long map, since it is not square: image of an infinite light");
     environment.mapping = EnvironmentMapping::lat_long;
-    // pbrt's lat-long maps have z up and run from +x towards +y; those of Environment have y up and run from +z towards
-    // -x.
+    // pbrt's lat-long maps have z up and run from +x towards +y; Environment's have y up and run from +z towards -x.
     environment.to_world = environment.to_world * Transform{{0, -1, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, 0}};
   }
 

@@ -23,7 +23,7 @@ struct PbrtAreaLight {
 PbrtAreaLight make_area_light(PbrtContext& context, const std::string& kind, const PbrtParameters& parameters);
 
 /// Returns the index in the scene's emissions for a shape of `area` m^2 under an area light. In pbrt-v4, each triangle
-/// of a mesh and each bilinear patch is a separate light, and a given power is that of each.
+/// of a mesh and each bilinear patch is a separate light, and each has the given power.
 std::uint32_t add_emission(PbrtContext& context, PbrtAreaLight& light, double area);
 
 }  // namespace glowworm

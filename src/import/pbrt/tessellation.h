@@ -17,7 +17,7 @@ struct PbrtMesh {
 };
 
 /// A part of a sphere around the origin, as in pbrt: cut off below z_min and above z_max, and after phi_max (radians,
-/// in (0, 2 pi]) around z from +x towards +y. Normals are those of the sphere and point outwards; u runs with phi, v
+/// in (0, 2 pi]) around z from +x towards +y. Normals are the sphere's and point outwards; u runs with phi, v
 /// from z_min to z_max. The vertices lie on a slightly larger sphere, so that the triangles have the area of the true
 /// surface.
 /// @param fine 4 times as many triangles

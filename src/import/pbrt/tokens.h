@@ -10,7 +10,8 @@ namespace glowworm {
 
 enum class PbrtTokenKind : std::uint8_t { word, number, string, left_bracket, right_bracket, end };
 
-/// One token. `text` points into the file's text. That of a string excludes the quotes, and escapes are not resolved.
+/// One token. `text` points into the file's text. A string's text excludes the quotes, and its escapes are not
+/// resolved.
 struct PbrtToken {
   PbrtTokenKind kind = PbrtTokenKind::end;
   std::string_view text;
