@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -27,12 +28,13 @@ namespace {
 
 constexpr FileKind kPartFile = {'G', 'L', 'O', 'W', 'P', 'T', '0', '4'};
 
-/// Settings as the words of their options.
+/// Settings as names and words of their options.
 template <typename Archive>
 void transfer_settings(Archive& archive, RenderSettings& settings) {
   for (const Option& option : render_options()) {
-    std::string word = Archive::kReads ? "" : option.print(settings);
-    transfer(archive, word);
+    std::string name = option.name, word = Archive::kReads ? "" : option.print(settings);
+    transfer_all(archive, name, word);
+    require(name == option.name);
     if (Archive::kReads) option.parse(settings, word);
   }
   transfer_all(archive, settings.media, settings.of_points);
@@ -70,7 +72,11 @@ std::string header_text(Part part) {
 bool is_possible(const Part& part) {
   const RenderSettings& s = part.picture.settings;
   const PixelBounds& b = s.bounds;
-  if (!is_variance(part.picture.photon_variance)) return false;
+  const PictureInfo& p = part.picture;
+  if (!is_variance(p.photon_variance) || !std::isfinite(p.seconds) || !is_finite(p.origin)) return false;
+  if (!(p.scale > 0 && std::isfinite(p.scale))) return false;
+  for (const auto& [name, matrix] : p.matrices)
+    if (!std::ranges::all_of(matrix, [](float entry) { return std::isfinite(entry); })) return false;
   if (b.empty() || b.x0 < 0 || b.y0 < 0 || b.x1 > s.width || b.y1 > s.height) return false;
   std::uint32_t end = 0;
   for (const SampleRange& range : part.ranges) {

@@ -101,7 +101,9 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   else
     add_segments(medium, path, length, throughput, target, random.y);
   if (photons_alone_) return;
-  const float places = std::ceil(kPlacesOfCameraRays * std::min(stopped / kFullOpacity, 1.0f));
+  // In other media, only samples that scatter cost anything, so their number falls with the opacity already.
+  const float share = is_homogeneous(medium) ? std::min(stopped / kFullOpacity, 1.0f) : 1.0f;
+  const float places = std::ceil(kPlacesOfCameraRays * share);
   sample_lamps(LitSegment(medium, path, length, true), throughput, target, target.by_opacity ? 1 : places, sampler);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -12,12 +13,14 @@ namespace glowworm {
 
 namespace {
 
-/// Rounds end when the mean is within this share of the number that is wanted; six or fewer suffice.
+/// Rounds end when the mean is within this share of the number that is wanted; even photons take up to six.
 constexpr double kDeviation = 0.02;
 constexpr int kMostRounds = 12;
-/// The mean grows with this power of the radius where photons are even, and at least and at most with these where they
-/// are not: few query points among many photons, and many far from all photons.
+/// The mean grows with this power of the radius where photons are even. The power lies between the other two where they
+/// are not: it is small where wider kernels reach no more photons, and large where most query points are far from all.
 constexpr double kEvenPower = 2, kLeastPower = 0.25, kMostPower = 8;
+/// A round changes the radius by this factor at most: the cost of a count grows with its square.
+constexpr double kMostStep = 2;
 /// Squares of pixels that are looked at, at most.
 constexpr std::size_t kMostSquares = 1024;
 
@@ -52,18 +55,23 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
   maps.update(tracer, wanted, not_the_renders);
   wanted.correction = correction;
   wanted.shared = nullptr;
-  double power = kEvenPower, last_radius = 0, last_ratio = 0;
+  double power = kEvenPower, last_radius = 0, last_ratio = 0, best_error = std::numeric_limits<double>::infinity();
+  float best = 0, too_small = 0, too_large = std::numeric_limits<float>::infinity();
   for (int round = 0;; ++round) {
     maps.update(tracer, wanted, not_the_renders);
     const float radius = maps.common_radius();
     const double mean = maps.empty() ? 0 : mean_count(tracer, maps, view, tasks, pass, budget);
     const double ratio = mean / wanted.nearest;
-    if (!(ratio > 0) || std::abs(ratio - 1) < kDeviation || round == kMostRounds) return radius;
+    if (!(ratio > 0)) return radius;
+    if (const double error = std::abs(std::log(ratio)); error < best_error) best = radius, best_error = error;
+    if (best_error < kDeviation || round == kMostRounds) return best;
+    (ratio < 1 ? too_small : too_large) = radius;
     if (round > 0)
       power = std::clamp(std::log(ratio / last_ratio) / std::log(radius / last_radius), kLeastPower, kMostPower);
     last_radius = radius;
     last_ratio = ratio;
-    wanted.radius = static_cast<float>(radius * std::pow(ratio, -1 / power));
+    wanted.radius = static_cast<float>(radius * std::clamp(std::pow(ratio, -1 / power), 1 / kMostStep, kMostStep));
+    if (!(wanted.radius > too_small && wanted.radius < too_large)) wanted.radius = std::sqrt(too_small * too_large);
   }
 }
 

@@ -147,7 +147,8 @@ std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& n
     const KernelShape shape = std::exchange(policy.kernel, KernelShape::box);
     for (int round = 0; round < kNearestRounds; ++round) {
       const std::vector<float> found = found_for(fmt::format("-in-radii-{}", round));
-      for (std::size_t i = 0; i < found.size(); ++i) policy.radii[i] = whole[i] * std::sqrt(found[i]);
+      for (std::size_t i = 0; i < found.size(); ++i)
+        policy.radii[i] = std::min(whole[i] * std::sqrt(found[i]), policy.max_radius);
     }
     policy.kernel = shape;
   }

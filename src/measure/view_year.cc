@@ -45,6 +45,9 @@ struct ViewLight {
   std::vector<PixelView> views;
 };
 
+/// Photons that are kept for later views take at most this inverse share of the memory.
+constexpr std::uint64_t kShareOfPhotons = 4;
+
 /// Bytes that stand beside the render of a view: coefficients, hours, and ways with glints, which are held twice while
 /// rows are joined.
 std::uint64_t bytes_of_view(std::uint32_t side, const YearModel& model) {
@@ -91,7 +94,7 @@ class PictureMaker {
     s.camera = camera;
     s.seed = hash_combine(s.seed, round);
     std::shared_ptr<JobMaps>& maps = maps_[round];
-    s.memory_bytes -= std::min(held + held_bytes() - bytes_of(maps), s.memory_bytes);
+    s.memory_bytes -= std::min(held + held_bytes() - bytes_of(maps), s.memory_bytes - 1);
     Job job(lit_.scene, lit_.tracer, s, nullptr, {}, nullptr, nullptr, maps);
     wait(job);
     if (job.ending() == Ending::cancelled) return false;
@@ -105,7 +108,7 @@ class PictureMaker {
     for (const auto& maps : maps_) bytes += bytes_of(maps);
     return bytes;
   }
-  /// Forgets the photons, after the last view.
+  /// Forgets the photons of a round.
   void forget(std::uint32_t round) { maps_[round] = nullptr; }
 
  private:
@@ -275,7 +278,8 @@ void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t m
 bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
                 std::span<const std::uint32_t> hours, const RenderSettings& asked,
                 const std::function<void(Job&, YearProgress)>& wait, std::span<ViewYear> out) {
-  check_view_room(side, model, asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes());
+  const std::uint64_t memory = asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes();
+  check_view_room(side, model, memory);
   const std::uint64_t beside = bytes_of_view(side, model);
   const std::size_t pixels = std::size_t{side} * side, places = model.suns.places().size();
   std::vector<std::string> names;
@@ -306,7 +310,9 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
                                     [&](const Job& job) { found.pixels.suns = sun_matrix(job, pixels, places); }))
         return false;
       view.rounds.push_back(std::move(found));
-      if (i + 1 < views.size()) continue;
+      // Photons are kept for the next view unless they would take the memory to trace others.
+      const std::uint64_t held = of_sky.held_bytes() + (of_suns ? of_suns->held_bytes() : 0);
+      if (i + 1 < views.size() && held <= memory / kShareOfPhotons) continue;
       of_sky.forget(round);
       if (of_suns) of_suns->forget(round);
     }

@@ -119,11 +119,16 @@ TEST_F(ForgedFiles, PartsAreRefusedOrMakePictures) {
     std::memcpy(other.bytes.data() + 4 * place, &word, sizeof word);
     take(other);
   }
+  // Numbers, not texts, hold bytes of zero.
+  std::vector<std::size_t> numbers;
+  for (std::size_t place = 0; place + 4 <= own.header.size(); ++place)
+    if (own.header.find('\0', place) < place + 4) numbers.push_back(place);
+  ASSERT_FALSE(numbers.empty());
   for (int trial = 0; trial < 300; ++trial) {
     PackedFile other = own;
     const std::uint32_t word = std::array{0u, 1u, 0x7fc00000u, ~0u}[static_cast<std::size_t>(trial) % 4];
-    const std::size_t last = own.header.size() - sizeof word;
-    std::memcpy(other.header.data() + std::uniform_int_distribution<std::size_t>(0, last)(random_), &word, sizeof word);
+    const std::size_t chosen = std::uniform_int_distribution<std::size_t>(0, numbers.size() - 1)(random_);
+    std::memcpy(other.header.data() + numbers[chosen], &word, sizeof word);
     take(other);
   }
   const auto take_changed = [&](auto&& change) {
