@@ -15,8 +15,8 @@ namespace glowworm::api {
 
 /// Options of daylight() and annual_glare().
 struct DaylightOptions {
-  /// Seed, memory, samples (two a round), noise (0: 2.5%, or none with a time) and time. The rest of a picture is not
-  /// used.
+  /// Seed, memory, samples (two a round), noise (0: 2.5%, or none with a time) and time of daylight(); seed, memory,
+  /// photons and gather rays of annual_glare(). The rest has no effect.
   RenderOptions render;
   bool on_surfaces = false;  ///< the sensors lie on surfaces of the scene
   int sky_patches = 145;     ///< Tregenza's, or 577: Reinhart's
@@ -95,7 +95,7 @@ Daylight daylight(const Scene& scene, const std::string& weather, std::span<cons
 /// Rates the glare of views in all hours of a weather file by their luminances, as `glowworm daylight --views` does.
 /// The scene's own lights are off.
 /// @param views fisheye or hemispherical, with a field of view of at most 180 degrees
-/// @param options of those of sensors (on_surfaces, area, and thresholds), none has an effect
+/// @param options on_surfaces, area and the thresholds of sensors have no effect
 /// @param progress as of daylight()
 /// Throws Error as daylight() does, for other views, and where pictures take more than half of the memory.
 AnnualGlare annual_glare(const Scene& scene, const std::string& weather, std::span<const Camera> views,

@@ -73,7 +73,7 @@ struct GatherPoints : Batch<GatherPoints> {
   LargeVector<float> offset;       ///< distance along the normal, or against it, at which leaving rays begin, metres
   LargeVector<Frame> frame;        ///< shading frame
   LargeVector<Vec3> wo;            ///< unit, world space, towards the viewer
-  LargeVector<Bsdf> bsdf;          ///< only its broad lobes are evaluated
+  LargeVector<Bsdf> bsdf;          ///< only its broad lobes are evaluated, but for the sun's glints
   LargeVector<RGB> throughput;     ///< of the camera path up to the point
   LargeVector<MediumSides> media;  ///< around the point; empty in scenes without media
 
