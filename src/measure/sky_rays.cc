@@ -21,6 +21,8 @@ namespace {
 /// Bounces of a way at most, and the least share of the sky's light that is followed.
 constexpr int kMostBounces = 12;
 constexpr float kLeastShare = 1e-3f;
+/// The radius of the disc that stands for the sun in mirrors, over the distance of ways.
+constexpr double kDiscOverSpacing = 2;
 constexpr double kSunSolidAngle = M_PI * kSunRadius * kSunRadius;
 /// Images of the sun that are closer than so many radii of that disc are one.
 constexpr double kOneImage = 3;

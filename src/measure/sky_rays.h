@@ -14,8 +14,6 @@ namespace glowworm {
 
 /// The sun's angular radius.
 inline constexpr double kSunRadius = 0.2665 * M_PI / 180;
-/// The radius of the disc that stands for the sun in mirrors and narrow lobes, over the distance of ways.
-inline constexpr double kDiscOverSpacing = 2;
 
 /// A way from the eye to the sky, through panes, and by smooth mirrors and glass.
 struct SkyRay {

@@ -150,10 +150,10 @@ ViewLight view_light(const Tracer& tracer, const Camera& camera, std::uint32_t s
   return out;
 }
 
-/// The disc that stands for the sun in rough lobes, which would hide between ways if they are narrow.
-float glint_radius(const ViewLight& view) {
-  const float across = 2 * view.blank.half_x / static_cast<float>(view.blank.width * kWaysAcross);
-  return std::max(static_cast<float>(kSunRadius), static_cast<float>(kDiscOverSpacing) * across);
+/// Lobes narrower than the distance of ways would hide between them, and the sun's own image is no narrower than it.
+float least_alpha(const ViewLight& view) {
+  const float spacing = 2 * view.blank.half_x / static_cast<float>(view.blank.width * kWaysAcross);
+  return std::max(static_cast<float>(kSunRadius), spacing);
 }
 
 /// Hours whose pictures are held at once.
@@ -172,7 +172,7 @@ HourBlock light_of_hours(const Tracer& tracer, const ViewLight& view, const Year
       for (std::size_t k = 0; k < count; ++k) of_sun[i * count + k] *= kLuminousEfficacy * sky.beam[hours[k]];
     });
   };
-  HourBlock out{hours, reflected_sun(tracer, view.glints, pixels, sky, hours, {kSharp, glint_radius(view)}), {}};
+  HourBlock out{hours, reflected_sun(tracer, view.glints, pixels, sky, hours, {kSharp, least_alpha(view)}), {}};
   in_cd(out.glints);
   const DiffuseLight light(sky, model.suns, {hours.begin(), hours.end()});
   for (const RoundLight& round : view.rounds) {

@@ -205,33 +205,10 @@ void DiffuseLight::illuminance(const DaylightCoefficients& of, std::size_t senso
 
 namespace {
 
-/// Rings of places around the middle of a disc that stands for the sun: six places in the first, twelve in the second.
-constexpr int kRingsOfDisc = 4;
-
-/// Directions to places of a disc around the sun, its middle first; that alone for a disc without size.
-std::vector<Vec3> places_of_disc(Vec3 sun, float radius) {
-  std::vector<Vec3> out{sun};
-  if (radius == 0) return out;
-  const Frame frame = Frame::from_normal(sun);
-  for (int ring = 1; ring <= kRingsOfDisc; ++ring)
-    for (int i = 0; i < 6 * ring; ++i) {
-      const float angle = 2 * kPi * static_cast<float>(i) / static_cast<float>(6 * ring);
-      const float distance = radius * static_cast<float>(ring) / (kRingsOfDisc + 0.5f);
-      out.push_back(normalize(frame.n + (frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance));
-    }
-  return out;
-}
-
-/// What a point scatters of the sun, times the cosine: the mean over the disc where a narrow lobe may end in it.
-RGB scattered_sun(const Vertex& vertex, const SunReflection& of, std::span<const Vec3> disc) {
-  constexpr float kAround = 3;  // in radii of the disc: lobes that are farther away are wide enough there
-  const Vec3 n = vertex.point.frame.n, sun = disc.front();
-  const float least = std::cos(kAround * of.radius);
-  const bool is_near = dot(sun, n * (2 * dot(n, vertex.wo)) - vertex.wo) > least || dot(sun, -vertex.wo) > least;
-  RGB sum = vertex.surface().evaluate(vertex.wo, sun, of.lobes);
-  if (!is_near || disc.size() == 1) return sum;
-  for (const Vec3& place : disc.subspan(1)) sum += vertex.surface().evaluate(vertex.wo, place, of.lobes);
-  return sum * (1 / static_cast<float>(disc.size()));
+/// A surface whose narrow lobes are as wide as lobes of an alpha.
+void widen(Bsdf& bsdf, float least_alpha) {
+  for (float* alpha : {&bsdf.alpha_x, &bsdf.alpha_y, &bsdf.coat_alpha})
+    if (*alpha >= kSmoothAlpha) *alpha = std::max(*alpha, least_alpha);
 }
 
 /// The first points of all slots, and the end.
@@ -249,10 +226,9 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
                                  const YearSky& sky, std::span<const std::uint32_t> hours, const SunReflection& of) {
   constexpr std::size_t kSlotsAtOnce = 16;
   std::vector<float> out(slots * hours.size());
-  std::vector<std::vector<Vec3>> discs;
-  for (const std::uint32_t hour : hours) discs.push_back(places_of_disc(sky.sun[hour], of.radius));
   const auto add_point = [&](std::size_t point) {
-    const Vertex vertex = vertex_of(points, point);
+    Vertex vertex = vertex_of(points, point);
+    widen(vertex.bsdf, of.least_alpha);
     std::vector<UnoccludedLight> lights;
     std::vector<std::size_t> hour;
     for (std::size_t i = 0; i < hours.size(); ++i) {
@@ -263,7 +239,7 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
       sun.radiance = RGB(1.0f);
       sun.pdf = 1;
       sun.delta = true;
-      const RGB scattered = scattered_sun(vertex, of, discs[i]);
+      const RGB scattered = vertex.surface().evaluate(vertex.wo, sun.direction, of.lobes);
       if (is_black(scattered)) continue;
       lights.push_back(reflected_light(sun, vertex, scattered, 1));
       hour.push_back(i);

@@ -93,7 +93,7 @@ class DiffuseLight {
 /// Which part of the sun's reflection reflected_sun() finds.
 struct SunReflection {
   Lobes lobes = kBroad;
-  float radius = 0;  ///< of a disc that stands for the sun (rad), over which narrow lobes are averaged
+  float least_alpha = 0;  ///< GGX alpha to which narrower lobes are widened
 };
 
 /// What gather points reflect of the sun itself in some of the lit hours (columns), for a normal irradiance of 1:
