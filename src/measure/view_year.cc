@@ -22,7 +22,7 @@ namespace glowworm {
 namespace {
 
 /// Camera samples of a pixel in a round, and gather rays of each where their number is automatic.
-constexpr std::uint32_t kSamplesOfRound = 2, kRaysOfPicture = 64;
+constexpr std::uint32_t kSamplesOfView = 2, kRaysOfPicture = 64;
 /// Ways to the sky along either side of a pixel.
 constexpr int kWaysAcross = 3;
 /// Hours whose pictures are held at once.
@@ -70,7 +70,7 @@ RenderSettings picture_settings(const RenderSettings& asked, std::uint64_t photo
   s.memory_bytes -= beside;
   if (s.photons == 0) s.photons = photons;
   if (s.gather == 0) s.gather = kRaysOfPicture;
-  s.samples = kSamplesOfRound;
+  s.samples = kSamplesOfView;
   s.noise_target = s.time_limit_s = 0;
   s.width = s.height = static_cast<int>(side);
   s.bounds = {0, 0, s.width, s.height};
