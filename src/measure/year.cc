@@ -205,10 +205,11 @@ void DiffuseLight::illuminance(const DaylightCoefficients& of, std::size_t senso
 
 namespace {
 
-/// A surface whose narrow lobes are as wide as lobes of an alpha.
+/// Widens the lobes of a surface to a GGX alpha at least. Smooth lobes stay.
 void widen(Bsdf& bsdf, float least_alpha) {
-  for (float* alpha : {&bsdf.alpha_x, &bsdf.alpha_y, &bsdf.coat_alpha})
-    if (*alpha >= kSmoothAlpha) *alpha = std::max(*alpha, least_alpha);
+  if (std::max(bsdf.alpha_x, bsdf.alpha_y) >= kSmoothAlpha)
+    for (float* alpha : {&bsdf.alpha_x, &bsdf.alpha_y}) *alpha = std::max(*alpha, least_alpha);
+  if (bsdf.coat_alpha >= kSmoothAlpha) bsdf.coat_alpha = std::max(bsdf.coat_alpha, least_alpha);
 }
 
 /// The first points of all slots, and the end.
