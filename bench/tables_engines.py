@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Irradiance by photon maps over that by paths, with and without boundary correction: bench/results/engines.md.
+"""Compares irradiance by photon maps with path tracing, with and without boundary correction: bench/results/engines.md.
 
 The points are where gather rays of a picture end. The usual method, which looks for the k nearest photons, divides their
 flux by the area of a whole disc; at edges and on small surfaces, part of that disc is empty.
@@ -20,8 +20,8 @@ ROWS = [(photons, engine, k, corrected) for photons in (200_000, 1_000_000)
         for engine, k in (("blocked", 50), ("knn", 50)) for corrected in (False, True)]
 HEAD = """# Irradiance by engines
 
-Written by `bench/tables_engines.py`: mean irradiance of %d points where gather rays end, over that by %d paths of each,
-and its standard error over the points.
+Written by `bench/tables_engines.py`: the mean irradiance at %d points where gather rays end, divided by the mean that
+path tracing finds with %d paths a point, and the standard error over the points.
 
 | scene | photons | engine | k | boundary correction | over paths |
 | --- | ---: | --- | ---: | --- | ---: |

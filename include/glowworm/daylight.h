@@ -66,7 +66,7 @@ struct Daylight {
 struct ViewGlare {
   std::vector<float> dgp;          ///< daylight glare probability of each hour of the weather file
   std::vector<float> illuminance;  ///< lx on the plane across the view, in each hour
-  /// Standard errors of both: the truth lies within twice of them with a chance of 95%. What the number of pixels and
+  /// Standard errors of both: the truth lies within twice the error with a chance of 95%. What the number of pixels and
   /// the sky's patches leave out is not part of them.
   std::vector<float> dgp_error, illuminance_error;
   double exceeded = 0;  ///< DGP that 5% of the occupied hours exceed (EN 17037:2018)
@@ -94,7 +94,7 @@ Daylight daylight(const Scene& scene, const std::string& weather, std::span<cons
 
 /// Rates the glare of views in all hours of a weather file by their luminances, as `glowworm daylight --views` does.
 /// The scene's own lights are off.
-/// @param views fisheye or hemispherical, with a field of view of at most 180 degrees
+/// @param views fisheye or hemispherical, with a field of view of 180 degrees
 /// @param options on_surfaces, area and the thresholds of sensors have no effect
 /// @param progress as of daylight()
 /// Throws Error as daylight() does, for other views, and where pictures take more than half of the memory.

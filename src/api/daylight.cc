@@ -126,7 +126,7 @@ std::vector<glowworm::Camera> cameras_of(std::span<const Camera> views, const gl
   for (const Camera& view : views) {
     const bool is_rated =
         view.projection == Camera::Projection::fisheye || view.projection == Camera::Projection::hemispherical;
-    if (!is_rated || view.field_of_view > 180)
+    if (!is_rated || view.field_of_view != 180)
       throw Error("camera '" + view.name + "' does not show the half space before an eye",
                   "Give a fisheye or hemispherical camera with a field_of_view of 180.");
     out.push_back(inner(view));

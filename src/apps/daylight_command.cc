@@ -298,7 +298,7 @@ of 95%. --samples N makes N/2 rounds; without it, rounds end at --noise (2.5%) o
 --views rates glare by luminances: DGP of every hour and view, from fisheye pictures that
 keep patches of the sky and places of the sun apart, with the sun and its mirror images as
 sources at their real places, as 'glowworm glare' has them. These pictures have 8 samples a
-pixel, whatever --samples, --noise and --time say; four renders of 2 samples tell the errors.
+pixel, whatever --samples, --noise and --time say; four renders of 2 samples give the errors.
 Without sensors, the eyes are the sensors.
 A schedule has a number a line for every hour of the weather file: 1 for occupied, or
 the scene of the hour, 0 for SCENE and N for the N-th --shade.

@@ -57,7 +57,7 @@ void transfer_picture(Archive& archive, PictureInfo& p) {
 }
 
 std::string header_text(Part part) {
-  // Those of the machine that merges.
+  // The machine that merges has settings of its own for these.
   part.picture.settings.threads = 0;
   part.picture.settings.share.clear();
   std::string text;

@@ -12,7 +12,6 @@
 #include "gather/camera_rays.h"
 #include "gather/medium_walk.h"
 #include "transport/light_connection.h"
-#include "transport/smooth_lobes.h"
 #include "transport/step.h"
 
 namespace glowworm {

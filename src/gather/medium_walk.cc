@@ -12,11 +12,8 @@ namespace {
 constexpr float kParts = 8;
 
 /// Places at which a camera ray samples lamps on each piece of its way: a shaft of light covers a part of them.
+/// On pieces thinner than kThinOpacity they sample fewer places, and look up a part of the piece.
 constexpr float kPlacesOfCameraRays = 16;
-
-/// On pieces of less opacity, camera rays sample proportionally fewer places, and look a part of the piece up: the
-/// noise of surfaces behind exceeds that of so thin a medium.
-constexpr float kFullOpacity = 0.25f;
 
 /// Whether lamps are at finite distance, so that places by their angle are sampled, too.
 bool has_near_lamps(const Scene& scene) {
@@ -95,14 +92,14 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
     throughput *= 1 / stopped;
   }
   const Vec2 random = sampler.next2();
-  const float parts = target.by_opacity ? kParts : std::clamp(std::floor(kFullOpacity / stopped), 1.0f, kParts);
+  const float parts = target.by_opacity ? kParts : std::clamp(std::floor(kThinOpacity / stopped), 1.0f, kParts);
   if (parts > 1 && is_homogeneous(medium))
     add_part(medium, path, length, throughput, target, parts, random);
   else
     add_segments(medium, path, length, throughput, target, random.y);
   if (photons_alone_) return;
   // In other media, only samples that scatter cost anything, so their number falls with the opacity already.
-  const float share = is_homogeneous(medium) ? std::min(stopped / kFullOpacity, 1.0f) : 1.0f;
+  const float share = is_homogeneous(medium) ? std::min(stopped / kThinOpacity, 1.0f) : 1.0f;
   const float places = std::ceil(kPlacesOfCameraRays * share);
   sample_lamps(LitSegment(medium, path, length, true), throughput, target, target.by_opacity ? 1 : places, sampler);
 }

@@ -168,7 +168,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   reservation_ = reserve_photons(wanted.photons, *budget_);
   pass_ = PhotonPass();
   {
-    // Pilots and photons that pass points are not counted by `statistics`.
+    // Pilots, and photons that pass sensors, are part of this phase, too.
     const PhaseTimer timer(statistics, Phase::trace_photons);
     if (settings_.in_air) trace_air(tracer, wanted, statistics);
     if (settings_.choice != PhotonChoice::all)

@@ -10,7 +10,6 @@
 #include "core/parallel.h"
 #include "measure/measurement.h"
 #include "transport/medium.h"
-#include "transport/smooth_lobes.h"
 #include "transport/step.h"
 #include "transport/vertex.h"
 

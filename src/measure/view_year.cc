@@ -53,7 +53,7 @@ constexpr std::uint64_t kShareOfPhotons = 4;
 std::uint64_t bytes_of_view(std::uint32_t side, const YearModel& model) {
   const std::uint64_t of_coefficients = (model.patches.size() + model.suns.places().size()) * sizeof(RGB);
   const std::uint64_t of_ways =
-      kWaysAcross * kWaysAcross * (2 * std::max(sizeof(SkyRay), bytes_each<GatherPoints>()) + sizeof(std::uint32_t));
+      kWaysAcross * kWaysAcross * (2 * (sizeof(SkyRay) + bytes_each<GatherPoints>()) + sizeof(std::uint32_t));
   return std::uint64_t{side} * side *
          (kRoundsOfView * (of_coefficients + bytes_each<GatherPoints>()) + of_ways + sizeof(PixelView) +
           (kRoundsOfView + 2) * sizeof(float) * kHoursAtOnce);
@@ -187,7 +187,7 @@ HourBlock light_of_hours(const Tracer& tracer, const ViewLight& view, const Year
   return out;
 }
 
-/// Adds the sky as pixels see it, less that of its patches.
+/// Adds the sky as pixels see it, less the light of its patches.
 void add_sky(const ViewLight& view, const YearSky& sky, std::uint32_t hour, std::vector<float>& luminance_of) {
   if (sky.shape.empty()) return;
   for (std::size_t i = 0; i < view.ways.size(); ++i) {

@@ -15,7 +15,7 @@ namespace glowworm {
 struct ViewYear {
   std::vector<float> dgp;          ///< daylight glare probability
   std::vector<float> illuminance;  ///< lx, on the plane across the view
-  /// Standard errors of both, by student_factor(): the truth lies within twice of them with a chance of 95%. What the
+  /// Standard errors of both, by student_factor(): the truth lies within twice the error with a chance of 95%. What the
   /// number of pixels and the sky's patches leave out is not part of them.
   std::vector<float> dgp_error, illuminance_error;
 
@@ -37,7 +37,7 @@ void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t m
 /// apart. Pictures of hours are sums over patches and places, to which are added what no coefficient blurs: the sky as
 /// pixels see it, by its formula, in place of its patches; sunlight that surfaces reflect to the eye, by rays towards
 /// the actual sun; and the sun itself and its mirror images, as sources (measure/sky_rays.h).
-/// Several renders have photons and samples of their own. The jackknife over them tells the standard errors: B. Efron
+/// Several renders have photons and samples of their own. The jackknife over them gives the standard errors: B. Efron
 /// and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9(3), 1981.
 /// @param views fisheye or hemispherical, in the coordinates of the scene
 /// @param hours as indices into YearSky::lit

@@ -98,7 +98,7 @@ struct SunReflection {
 
 /// What gather points reflect of the sun itself in some of the lit hours (columns), for a normal irradiance of 1:
 /// luminance.
-/// @param points those of a slot follow one another, and add up
+/// @param points in the order of their slots; points of one slot add up
 /// @param slots rows of the result: points of other slots count for nothing
 std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& points, std::size_t slots,
                                  const YearSky& sky, std::span<const std::uint32_t> hours,

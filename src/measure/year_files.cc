@@ -102,9 +102,8 @@ std::string glare_text(std::size_t number, const ViewYear& view, std::span<const
 std::string glare_csv(std::span<const ViewYear> views, std::span<const WeatherHour> hours,
                       std::span<const std::uint8_t> occupied, const std::string& about) {
   std::string text = fmt::format(
-      "# {}\n# DGP and vertical illuminance (lx) of each view, and their standard errors; each hour is given by its "
-      "end, "
-      "in standard time\n",
+      "# {}\n# DGP and vertical illuminance (lx) of each view, and their standard errors; each hour is given "
+      "by its end, in standard time\n",
       one_line(about));
   for (std::size_t i = 0; i < views.size(); ++i) text += "# " + glare_text(i, views[i], occupied) + "\n";
   text += "month,day,hour";

@@ -10,8 +10,6 @@ namespace {
 /// Most change of a colour's share of the flux along a beam.
 constexpr float kMostChange = 0.1f;
 constexpr float kMostBeams = 32;
-/// Ways of at least this opacity become beams; others do with a probability in proportion.
-constexpr float kFullOpacity = 0.25f;
 
 }  // namespace
 
@@ -21,7 +19,7 @@ void add_beams(const Medium& medium, const PathState& path, MediumSpan span, RGB
   if (!(length > 0) || !std::isfinite(length)) return;
   const RGB sigma_t = medium.sigma_a + medium.sigma_s;
   if (is_homogeneous(medium)) {
-    const float chosen = std::min(max_component(opacity(sigma_t, length)) / kFullOpacity, 1.0f);
+    const float chosen = std::min(max_component(opacity(sigma_t, length)) / kThinOpacity, 1.0f);
     if (!(u < chosen)) return;
     flux *= 1 / chosen;
   }

@@ -81,6 +81,9 @@ struct MediumPoint {
 /// @param position in the scene's coordinates
 MediumPoint medium_point(const Medium& medium, Vec3 position);
 
+/// Ways through a homogeneous medium of less opacity get work in proportion to it: they scatter little light, and the
+/// noise of surfaces behind exceeds theirs.
+inline constexpr float kThinOpacity = 0.25f;
 inline bool is_homogeneous(const Medium& medium) { return !medium.grid; }
 /// Whether a medium may emit light.
 bool emits(const Medium& medium);

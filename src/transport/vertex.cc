@@ -1,5 +1,7 @@
 #include "transport/vertex.h"
 
+#include <cmath>
+
 namespace glowworm {
 
 float broad_probability(const Vertex& vertex) {
@@ -9,6 +11,17 @@ float broad_probability(const Vertex& vertex) {
   const float broad = luminance(surface.albedo(vertex.wo, kBroad)),
               sharp = luminance(surface.albedo(vertex.wo, kSharp));
   return broad + sharp > 0 ? broad / (broad + sharp) : 1;
+}
+
+SmoothLobes smooth_lobes(const Vertex& vertex) {
+  constexpr float kAlmostOne = 0x1.fffffep-1f, kRounding = 1e-5f;
+  const ShadedSurface surface = vertex.surface();
+  const ScatteredRay first = surface.sample(vertex.wo, 0, {0.5f, 0.5f}, kSharp),
+                     last = surface.sample(vertex.wo, kAlmostOne, {0.5f, 0.5f}, kSharp);
+  if (!first.valid || !first.delta) return {};
+  if (std::abs(first.pdf - 1) < kRounding) return {{first, {}}, 1};
+  if (!last.valid || !last.delta || std::abs(first.pdf + last.pdf - 1) >= kRounding) return {};
+  return {{first, last}, 2};
 }
 
 void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target) {

@@ -1,5 +1,7 @@
 // Surfaces where paths scatter, the fast path for diffuse ones, and both as gather and query points.
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/vec.h"
@@ -40,6 +42,14 @@ void resolve_material(const Scene& scene, Vertex& vertex, RGB& throughput, Numbe
 
 /// The probability with which a path takes the broad lobes of a vertex and not the specular ones: by their albedos.
 float broad_probability(const Vertex& vertex);
+
+/// The specular lobes of a vertex if all of them are perfectly smooth, with what each of them passes on; none
+/// otherwise.
+struct SmoothLobes {
+  std::array<ScatteredRay, 2> ray;
+  std::size_t count = 0;
+};
+SmoothLobes smooth_lobes(const Vertex& vertex);
 
 /// If a ray has hit a surface that emits nothing and only reflects diffusely, as most do, fills `point` at a fraction
 /// of the cost of a Vertex, and returns true; otherwise returns false.

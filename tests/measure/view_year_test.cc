@@ -109,7 +109,7 @@ TEST(SlowRateViews, AgreesWithPicturesOfSingleHours) {
 /// distance of the SunGrid's places.
 class SlowPolishedFloor : public testing::Test {
  protected:
-  /// Low above the floor, where that mirrors the sun through the opening.
+  /// Low above the floor, which mirrors the sun through the opening.
   const Camera view_ = fisheye_at({2, 0.5f, 3.2f}, {2, 0.3f, 5});
   WeatherYear weather_;
 
@@ -153,7 +153,7 @@ TEST_F(SlowPolishedFloor, AgreesWithPicturesOfSingleHours) {
   }
 }
 
-/// Pictures of samples do not find narrower lobes: they hold the light of a mirror.
+/// Samples of a picture hardly find narrower lobes, so these are compared with a mirror.
 TEST_F(SlowPolishedFloor, TendsToAMirror) {
   const ViewYear mirror = year(0);
   for (const float alpha : {0.0025f, 0.01f}) {

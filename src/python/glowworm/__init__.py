@@ -355,12 +355,12 @@ def annual_glare(
 ) -> Dict[str, Any]:
     """Rates the glare of views in every hour of a year by their luminances, as `glowworm daylight --views` does.
 
-    views: cameras with projection "fisheye" or "hemispherical" and a field_of_view of at most 180. view_pixels: along a
+    views: cameras with projection "fisheye" or "hemispherical" and a field_of_view of 180. view_pixels: along a
     side of their pictures. photons, gather, seed and memory have an effect; the rest is as for daylight().
 
     Returns hours (h, 3), as daylight() does, and views, a dictionary for each: dgp (h), the daylight glare probability;
-    illuminance (h), lx on the plane across the view; dgp_error and illuminance_error (h), standard errors of which twice
-    holds the truth with a chance of 95%; exceeded, the DGP that 5% of the occupied hours exceed; and the numbers of
+    illuminance (h), lx on the plane across the view; dgp_error and illuminance_error (h), standard errors (the truth lies
+    within twice the error with a chance of 95%); exceeded, the DGP that 5% of the occupied hours exceed; and the numbers of
     occupied hours with a DGP above 0.35, 0.40 and 0.45: perceptible, disturbing and intolerable.
     """
     given: Dict[str, Any] = {
