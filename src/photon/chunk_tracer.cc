@@ -1,17 +1,16 @@
 #include "photon/chunk_tracer.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "bsdf/phase.h"
 #include "core/random.h"
+#include "core/shading_light.h"
+#include "core/warp.h"
 #include "kernels/sobol.h"
 #include "photon/beams.h"
-#include "photon/diffuse_hits.h"
 #include "photon/emission_guide.h"
 #include "photon/light_paths.h"
 #include "photon/material_lobes.h"
@@ -25,27 +24,27 @@ namespace {
 
 /// A pair of random numbers for every path.
 struct Pairs {
-  std::vector<float> x = std::vector<float>(kPathsPerChunk + kDiffuseScatterPadding), y = x;
+  std::vector<float> x = std::vector<float>(kPathsPerChunk), y = x;
 };
 /// Pairs of random numbers used by emission; every bounce takes two more.
 constexpr std::uint32_t kEmissionPairs = 3;
 
-/// Photons that a path stores on average, or more.
-constexpr std::size_t kPhotonsEach = 2;
-
-/// Sum of `count` floats, in four partial sums, which compilers vectorise.
-template <typename Value>
-double sum(std::size_t count, const Value& value) {
-  double lanes[4] = {};
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4)
-    for (std::size_t lane = 0; lane < 4; ++lane) lanes[lane] += static_cast<double>(value(i + lane));
-  for (; i < count; ++i) lanes[0] += static_cast<double>(value(i));
-  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-}
-
 Ray photon_ray(Vec3 origin, Vec3 direction, float time) {
   return {origin, 0, direction, std::numeric_limits<float>::infinity(), time};
+}
+
+/// What becomes of a path at a surface.
+struct PathBounce {
+  bool leaves_photon = false, goes_on = false;
+  Vec3 position, normal, back;  ///< of the photon: metres; unit, where it arrived; towards its origin
+  RGB photon_flux{0.0f};        ///< W, with the arrival_factor() of the shading normal
+  Ray next;                     ///< of the path that goes on
+  RGB flux{0.0f};               ///< of it, W
+  std::uint8_t bits = 0;        ///< of the bounce, for with_bounce()
+};
+
+void add(std::array<double, 3>& sum, RGB flux) {
+  for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += static_cast<double>(flux[c]);
 }
 
 }  // namespace
@@ -53,11 +52,7 @@ Ray photon_ray(Vec3 origin, Vec3 direction, float time) {
 class ChunkTracers::ChunkTracer {
  public:
   ChunkTracer(const PhotonChunkSettings& settings, const StartMedia& media)
-      : scene_(settings.tracer->scene()),
-        settings_(settings),
-        pass_(*settings.pass),
-        media_(media),
-        block_(settings.pass->on_all_surfaces) {}
+      : scene_(settings.tracer->scene()), settings_(settings), pass_(*settings.pass), media_(media) {}
 
   void trace(std::uint64_t first_path, std::size_t count, PhotonChunk& chunk) {
     result_ = &chunk;
@@ -69,7 +64,6 @@ class ChunkTracers::ChunkTracer {
     chunk.beams.clear();
     chunk.numbers.clear();
     chunk.guide_weight.clear();
-    chunk.make_room(kPhotonsEach * count);
     emit(first_path, count);
     for (int bounce = 0; paths_.count > 0; ++bounce) {
       const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
@@ -79,10 +73,7 @@ class ChunkTracers::ChunkTracer {
       else if (pass_.discs)
         for (std::size_t i = 0; i < paths_.count; ++i) keep_segment(i, paths_.rays[i], length_to(paths_.hits[i]), {});
       draw_bounce(first_path, bounce);
-      std::size_t kept = 0;
-      for (std::size_t first = 0; first < rays.size(); first += DiffuseHits::kBlock)
-        kept = scatter_block(first, std::min(DiffuseHits::kBlock, rays.size() - first), bounce, kept);
-      paths_.count = kept;
+      paths_.count = scatter_paths(bounce);
     }
   }
 
@@ -96,7 +87,7 @@ class ChunkTracers::ChunkTracer {
       return false;
     });
     if (!crosses) return;
-    result_->segments.push_back({ray.origin, length, ray.direction, paths_.light[i], flux(i), absorption});
+    result_->segments.push_back({ray.origin, length, ray.direction, paths_.light[i], paths_.flux[i], absorption});
     if (settings_.pilot) result_->segment_path.push_back(paths_.number[i]);
   }
 
@@ -119,7 +110,7 @@ class ChunkTracers::ChunkTracer {
       if (arrives || !scatter_in_medium(i, path, sample.distance, bounce, sampler)) break;
       hit = settings_.tracer->intersect(path.ray);
     }
-    if (is_black(flux(i))) hit.triangle = kNone;
+    if (is_black(paths_.flux[i])) hit.triangle = kNone;
     paths_.rays[i] = path.ray;
     paths_.medium[i] = path.medium;
     paths_.hits[i] = hit;
@@ -131,7 +122,7 @@ class ChunkTracers::ChunkTracer {
       keep_segment(i, path.ray, length, {});
       return {};
     }
-    const RGB before = flux(i);
+    const RGB before = paths_.flux[i];
     before_medium_ = max_component(before);
     const MediumSample sample = sample_medium(*medium, path.ray, length, before, sampler.next2());
     keep_segment(i, path.ray, sample.scatters ? sample.distance : length,
@@ -148,29 +139,28 @@ class ChunkTracers::ChunkTracer {
       result_->in_media.push_back(path.ray.origin + path.ray.direction * sample.distance, path.ray.direction, after,
                                   path.medium.index, paths_.light[i]);
     // What scatters has arrived, with all of its flux.
-    for (int c = 0; c < 3; ++c)
-      result_->balance.arrived[c] += static_cast<double>(sample.scatters ? before[c] : before[c] - after[c]);
-    put_flux(i, after);
+    add(result_->balance.arrived, sample.scatters ? before : before - after);
+    paths_.flux[i] = after;
     return sample;
   }
 
   /// Sends path i on from a place in a medium. Returns false if it ends there.
   bool scatter_in_medium(std::size_t i, PathState& path, float distance, int bounce, Sampler& sampler) {
     const int bounces = bounce + ++paths_.scatterings[i];
-    RGB scattered = flux(i);
-    put_flux(i, RGB(0.0f));
+    RGB scattered = paths_.flux[i];
+    paths_.flux[i] = RGB(0.0f);
     paths_.bounces[i] = with_bounce(paths_.bounces[i], 0);
     if (is_black(scattered) || !may_leave(pass_.choice, paths_.bounces[i])) return false;
     const float kept = max_component(scattered) / std::max(before_medium_, 1e-30f);
     const float probability = roulette(kept, kLeastOfPhotons, bounces, [&] { return sampler.next1(); });
     if (!(probability > 0)) return false;
     scattered *= 1 / probability;
-    for (int c = 0; c < 3; ++c) result_->balance.scattered[c] += static_cast<double>(scattered[c]);
+    add(result_->balance.scattered, scattered);
     if (bounces >= pass_.max_bounces) {
-      for (int c = 0; c < 3; ++c) result_->balance.cut[c] += static_cast<double>(scattered[c]);
+      add(result_->balance.cut, scattered);
       return false;
     }
-    put_flux(i, scattered);
+    paths_.flux[i] = scattered;
     const Medium& medium = scene_.media()[path.medium.index];
     const Vec3 position = path.ray.origin + path.ray.direction * distance;
     path.medium.named = true;
@@ -210,11 +200,11 @@ class ChunkTracers::ChunkTracer {
     result_->emitted_light[i] = photon.light;
     const std::uint8_t bounces = first_bounces(photon.light);
     if (is_black(photon.flux)) return;
-    for (int c = 0; c < 3; ++c) result_->balance.emitted[c] += static_cast<double>(photon.flux[c]);
+    add(result_->balance.emitted, photon.flux);
     if (!may_leave(pass_.choice, bounces)) return;
     const std::size_t at = paths_.count++;
     paths_.rays[at] = photon_ray(photon.origin, photon.direction, 0);
-    put_flux(at, photon.flux);
+    paths_.flux[at] = photon.flux;
     paths_.number[at] = static_cast<std::uint32_t>(i);
     paths_.light[at] = photon.light;
     paths_.bounces[at] = bounces;
@@ -252,42 +242,71 @@ class ChunkTracers::ChunkTracer {
     draw(dimension + 1, paths_.count, direction_);
   }
 
-  /// Stores the photons of paths [first, first + count) at their hits, and moves the paths that continue behind the
-  /// first `kept` paths. Returns the new number of paths.
-  std::size_t scatter_block(std::size_t first, std::size_t count, int bounce, std::size_t kept) {
-    ArrivedPaths numbers;
-    numbers.roulette = choice_.y.data();
-    numbers.square[0] = direction_.x.data();
-    numbers.square[1] = direction_.y.data();
-    for (std::size_t c = 0; c < 3; ++c) numbers.flux[c] = paths_.flux[c].data();
-    block_.scatter(scene_, {paths_.rays.data(), paths_.count}, {paths_.hits.data(), paths_.count}, first, count,
-                   numbers);
-    bool any_left_over = false;
-    for (std::size_t i = 0; i < count; ++i) any_left_over |= block_.left_over(i);
-    if (any_left_over)
-      for (std::size_t i = 0; i < count; ++i) bounce_[i] = block_.left_over(i) ? scatter_other(first + i, i) : 0;
-    if (bounce + 1 > kEvenBounces) end_long_paths(first, count, bounce + 1);
-    const bool last = bounce + 1 >= pass_.max_bounces;
-    add_balance(first, count, last);
-    store_photons(first, count);
-    if (!last) kept = keep_paths(first, count, kept);
-    if (any_left_over) bounce_.fill(0);
+  /// Stores the photons of all paths at their hits, and moves the paths that go on to the front. Returns their number.
+  std::size_t scatter_paths(int bounce) {
+    FluxBalance& balance = result_->balance;
+    result_->make_room(result_->count + paths_.count);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < paths_.count; ++i) {
+      fetch_ahead<true>(scene_, i, paths_.count, [&](std::size_t at) { return paths_.hits[at].triangle; });
+      if (paths_.hits[i].triangle == kNone) {
+        add(balance.escaped, paths_.flux[i]);
+        continue;
+      }
+      PathBounce out;
+      out.back = -paths_.rays[i].direction;
+      if (!scatter_diffuse(i, out)) scatter_any(i, out);
+      if (out.goes_on) end_if_long(i, bounce + 1, out);
+      add(balance.arrived, paths_.flux[i]);
+      if (out.leaves_photon) {
+        add(balance.stored, paths_.flux[i]);
+        store_photon(i, out);
+      }
+      if (!out.goes_on) continue;
+      add(balance.scattered, out.flux);
+      if (bounce + 1 >= pass_.max_bounces)
+        add(balance.cut, out.flux);
+      else
+        kept += keep_path(i, out, kept);
+    }
     return kept;
   }
 
-  RGB flux(std::size_t path) const { return {paths_.flux[0][path], paths_.flux[1][path], paths_.flux[2][path]}; }
-  void put_flux(std::size_t path, RGB flux) {
-    for (int c = 0; c < 3; ++c) paths_.flux[c][path] = flux[c];
+  /// Scatters path i, if it has hit a surface that only reflects diffusely and has no map of normals, as most have.
+  bool scatter_diffuse(std::size_t i, PathBounce& out) {
+    const Hit& hit = paths_.hits[i];
+    DiffuseTriangleRoom room;
+    const DiffuseTriangle& triangle = scene_.diffuse_triangle(hit.triangle, room);
+    DiffusePoint point;
+    Vec3 shading;
+    if (!diffuse_point(scene_, hit.triangle, hit.barycentric, point) ||
+        !diffuse_shading_normal(scene_, hit.triangle, hit.barycentric, point, shading))
+      return false;
+    const float geometric = dot(point.geometric_normal, out.back), along = dot(shading, out.back);
+    const float factor =
+        arrival_factor(geometric < 0 ? -along : along, std::abs(geometric), dot(shading, point.geometric_normal));
+    out.position = point.position;
+    out.normal = face_forward(point.geometric_normal, out.back);
+    out.photon_flux = paths_.flux[i] * factor;
+    // Estimates around a black texel reach over it.
+    const bool may_reflect =
+        pass_.on_all_surfaces || (triangle.kind & DiffuseTriangle::kTextured) || !is_black(point.reflectance);
+    out.leaves_photon = factor > 0 && may_reflect;
+    const Vec3 local = square_to_cosine_hemisphere({direction_.x[i], direction_.y[i]});
+    if (!out.leaves_photon || !(local.z > 0)) return true;
+    out.goes_on = survives(i, paths_.flux[i] * point.reflectance * factor, choice_.y[i], out);
+    out.next = leave_surface(out.position, out.normal, triangle.offset(),
+                             Frame::from_normal(out.normal).to_world(local), paths_.rays[i].time);
+    return true;
   }
 
-  /// Scatters one path, number i of its block, with any BSDF; returns the bits of its bounce.
-  std::uint8_t scatter_other(std::size_t path, std::size_t i) {
-    block_.put_outcome(i, 0);
-    const Hit& hit = paths_.hits[path];
-    const Vec3 back = block_.back(i);
-    Vertex vertex = vertex_at(scene_, paths_.rays[path], hit);
-    float u_lobe = choice_.x[path], u_roulette = choice_.y[path];
-    RGB arriving = flux(path);
+  /// Scatters path i with any BSDF.
+  void scatter_any(std::size_t i, PathBounce& out) {
+    const Hit& hit = paths_.hits[i];
+    const Vec3 back = out.back;
+    Vertex vertex = vertex_at(scene_, paths_.rays[i], hit);
+    float u_lobe = choice_.x[i], u_roulette = choice_.y[i];
+    RGB arriving = paths_.flux[i];
     resolve_material(scene_, vertex, arriving, [&] {
       // The wavelength takes a share of the number that chooses the lobe: its digits beyond the third.
       const float thousand = u_lobe * 1024;
@@ -295,145 +314,70 @@ class ChunkTracers::ChunkTracer {
     });
     const ShadedSurface surface = vertex.surface();
     const ArrivedPhoton arrived = surface.arrive(back, u_lobe);
-    arriving *= arrived.factor;
-    std::uint32_t outcome = 0;
+    if (!(arrived.factor > 0)) return;
+    out.position = vertex.point.position;
+    out.normal = vertex.normal();
+    out.back = arrived.back;
+    out.photon_flux = arriving * arrived.factor;
     // Estimates reach over all points of a material, also those without a broad lobe: their photons are stored where
     // other points may have one.
-    if (arrived.factor > 0 &&
-        (pass_.on_all_surfaces || vertex.has(kBroad) ||
-         may_have_lobes(scene_, vertex.point, scene_.geometry().material_of(hit.triangle), kBroad))) {
-      outcome |= kPhotonLeft;
-      block_.put_photon(i, vertex.point.position, vertex.normal(), arriving);
-      block_.put_back(i, arrived.back);
-    }
-    ScatteredRay s;
-    if (arrived.factor > 0)
-      s = surface.scatter_photon(arrived.back, u_lobe, {direction_.x[path], direction_.y[path]}, u_roulette);
-    if (s.valid && leave(path, i, vertex, arriving, u_roulette, s)) outcome |= kPathGoesOn;
-    if (!(outcome & kPathGoesOn)) block_.put_path(i, {}, {}, RGB(0.0f));
-    block_.put_outcome(i, outcome);
-    if (s.lobe != kSharp) return 0;
-    if (s.straight && arrived.back == back) return kNoneBroad;
-    return s.delta ? kCaustic : kCaustic | kRoughFirst;
+    out.leaves_photon = pass_.on_all_surfaces || vertex.has(kBroad) ||
+                        may_have_lobes(scene_, vertex.point, scene_.geometry().material_of(hit.triangle), kBroad);
+    const ScatteredRay s = surface.scatter_photon(arrived.back, u_lobe, {direction_.x[i], direction_.y[i]}, u_roulette);
+    if (s.lobe == kSharp)
+      out.bits = s.straight && arrived.back == back ? kNoneBroad : s.delta ? kCaustic : kCaustic | kRoughFirst;
+    if (!s.valid) return;
+    out.goes_on = survives(i, out.photon_flux * s.weight, u_roulette, out);
+    out.next = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction, vertex.time);
   }
 
-  /// Continues a path in the sampled direction, or ends it by Russian roulette.
-  bool leave(std::size_t path, std::size_t i, const Vertex& vertex, RGB arriving, float u, const ScatteredRay& s) {
-    const RGB next = arriving * s.weight;
-    const float kept = max_component(next) / std::max(max_component(flux(path)), 1e-30f);
+  /// Plays Russian roulette for path i, and sets the flux with which it goes on. @param next before that, W
+  bool survives(std::size_t i, RGB next, float u, PathBounce& out) const {
+    const float kept = max_component(next) / std::max(max_component(paths_.flux[i]), 1e-30f);
     const float probability = roulette(kept, kLeastOfPhotons, 1, [u] { return u; });
-    if (!(probability > 0)) return false;
-    const Ray ray = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction, vertex.time);
-    block_.put_path(i, ray.origin, ray.direction, next / probability);
-    return true;
+    if (probability > 0) out.flux = next / probability;
+    return probability > 0;
   }
 
-  /// Ends some of paths [first, first + count), a block, by the length that they reach with bounce `bounces`.
-  void end_long_paths(std::size_t first, std::size_t count, int bounces) {
+  /// Ends some paths by the length that they reach with bounce `bounces`.
+  void end_if_long(std::size_t i, int bounces, PathBounce& out) const {
     const float probability = survival_by_length(bounces);
+    if (probability >= 1) return;
     const std::uint32_t key =
         Sampler::pair_key(pass_.seed, hash_combine(kPhotonEndStream, pass_.pass), static_cast<std::uint32_t>(bounces));
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!(block_.outcome(i) & kPathGoesOn)) continue;
-      if (to_unit_float(hash_combine(key, index_[first + i])) < probability) {
-        block_.put_path(i, block_.origin(i), block_.direction(i), block_.flux(i) / probability);
-      } else {
-        block_.put_path(i, {}, {}, RGB(0.0f));
-        block_.put_outcome(i, block_.outcome(i) & ~std::uint32_t{kPathGoesOn});
-      }
-    }
+    out.goes_on = to_unit_float(hash_combine(key, index_[i])) < probability;
+    out.flux = out.flux / probability;
   }
 
-  /// Adds the flux of paths [first, first + count), a block, to the flux balance.
-  void add_balance(std::size_t first, std::size_t count, bool last) {
-    FluxBalance& balance = result_->balance;
-    bool all_left = true;
-    for (std::size_t i = 0; i < count; ++i) all_left &= ((block_.outcome(i) & kPhotonLeft) | block_.missed()[i]) != 0;
-    for (int c = 0; c < 3; ++c) {
-      const float* const in = paths_.flux[c].data() + first;
-      const double whole = sum(count, [&](std::size_t i) { return in[i]; });
-      const double escaped = sum(count, [in, missed = block_.missed()](std::size_t i) {
-        return std::bit_cast<float>(std::bit_cast<std::uint32_t>(in[i]) & missed[i]);
-      });
-      const double on = sum(count, [out = block_.flux_channel(c)](std::size_t i) { return out[i]; });
-      double not_stored = 0;
-      for (std::size_t i = 0; !all_left && i < count; ++i)
-        if (!(block_.outcome(i) & kPhotonLeft) && !block_.missed()[i]) not_stored += static_cast<double>(in[i]);
-      balance.escaped[c] += escaped;
-      balance.arrived[c] += whole - escaped;
-      balance.stored[c] += whole - escaped - not_stored;
-      balance.scattered[c] += on;
-      if (last) balance.cut[c] += on;
-    }
-  }
-
-  /// Appends the photons of paths [first, first + count), a block. A path without a photon writes one, too, which the
-  /// next path overwrites: a branch would mispredict often.
-  void store_photons(std::size_t first, std::size_t count) {
+  /// Appends the photon of path i if the pass keeps it.
+  void store_photon(std::size_t i, const PathBounce& out) {
+    if ((pass_.discs && pass_.choice != PhotonChoice::all) || !leaves(pass_.choice, paths_.bounces[i])) return;
     PhotonChunk& photons = *result_;
-    const std::size_t before = photons.count;
-    photons.make_room(before + count);
-    Vec3* const position = photons.position.data();
-    Vec3* const direction = photons.direction.data();
-    Vec3* const normal = photons.normal.data();
-    RGB* const flux = photons.flux.data();
-    std::uint32_t* const light = photons.light.data();
-    std::uint8_t* const caustic = photons.caustic.data();
-    const std::uint32_t* const light_of = paths_.light.data() + first;
-    const std::uint8_t* const bounces = paths_.bounces.data() + first;
-    const bool only_segments = pass_.discs && pass_.choice != PhotonChoice::all;
-    const auto is_stored = [&](std::size_t i) {
-      const bool in_map = !only_segments && leaves(pass_.choice, bounces[i]);
-      return (block_.outcome(i) / kPhotonLeft) & std::uint32_t{in_map};
-    };
-    std::size_t at = before;
-    for (std::size_t i = 0; i < count; ++i) {
-      position[at] = block_.position(i);
-      direction[at] = block_.back(i);
-      normal[at] = block_.normal(i);
-      flux[at] = block_.photon_flux(i);
-      light[at] = light_of[i];
-      caustic[at] = (bounces[i] & kCaustic) == kCaustic;
-      at += is_stored(i);
-    }
-    photons.count = at;
-    if (settings_.pilot)
-      for (std::size_t i = 0, to = before; i < count; ++i)
-        if (is_stored(i)) photons.path[to++] = paths_.number[first + i];
-    for (std::size_t i = before; pass_.importance && i < at; ++i)
-      photons.used[i] = importance_for(pass_, position[i], normal[i], caustic[i] != 0) > 0;
+    const std::size_t at = photons.count++;
+    photons.position[at] = out.position;
+    photons.direction[at] = out.back;
+    photons.normal[at] = out.normal;
+    photons.flux[at] = out.photon_flux;
+    photons.light[at] = paths_.light[i];
+    photons.caustic[at] = (paths_.bounces[i] & kCaustic) == kCaustic;
+    if (settings_.pilot) photons.path[at] = paths_.number[i];
+    if (pass_.importance)
+      photons.used[at] = importance_for(pass_, out.position, out.normal, photons.caustic[at] != 0) > 0;
   }
 
-  /// Moves those of paths [first, first + count), a block, that continue behind the first `kept` paths; returns the new
-  /// number of paths.
-  std::size_t keep_paths(std::size_t first, std::size_t count, std::size_t kept) {
-    Ray* const rays = paths_.rays.data();
-    float* const flux[3] = {paths_.flux[0].data(), paths_.flux[1].data(), paths_.flux[2].data()};
-    std::uint32_t* const number = paths_.number.data();
-    std::uint32_t* const light = paths_.light.data();
-    std::uint8_t* const bounces = paths_.bounces.data();
-    for (std::size_t i = 0; i < count; ++i) {
-      rays[kept] = photon_ray(block_.origin(i), block_.direction(i), rays[first + i].time);
-      const RGB of_path = block_.flux(i);
-      flux[0][kept] = of_path.r;
-      flux[1][kept] = of_path.g;
-      flux[2][kept] = of_path.b;
-      number[kept] = number[first + i];
-      light[kept] = light[first + i];
-      bounces[kept] = with_bounce(bounces[first + i], bounce_[i]);
-      if (crosses_media_) keep_medium(first + i, i, kept);
-      const bool may_store = may_leave(pass_.choice, bounces[kept]);
-      kept += (block_.outcome(i) / kPathGoesOn) & std::uint32_t{may_store};
-    }
-    return kept;
-  }
-
-  /// Notes the medium that path number i of its block goes on in.
-  void keep_medium(std::size_t path, std::size_t i, std::size_t kept) {
-    const std::uint32_t triangle = paths_.hits[path].triangle;
-    paths_.scatterings[kept] = paths_.scatterings[path];
-    if (triangle != kNone)
-      paths_.medium[kept] = medium_behind(scene_, paths_.medium[path], triangle, block_.direction(i));
+  /// Makes path i the path `kept`. Returns whether it may still leave photons.
+  bool keep_path(std::size_t i, const PathBounce& out, std::size_t kept) {
+    const std::uint8_t bounces = with_bounce(paths_.bounces[i], out.bits);
+    if (!may_leave(pass_.choice, bounces)) return false;
+    paths_.rays[kept] = out.next;
+    paths_.flux[kept] = out.flux;
+    paths_.number[kept] = paths_.number[i];
+    paths_.light[kept] = paths_.light[i];
+    paths_.bounces[kept] = bounces;
+    if (!crosses_media_) return true;
+    paths_.scatterings[kept] = paths_.scatterings[i];
+    paths_.medium[kept] = medium_behind(scene_, paths_.medium[i], paths_.hits[i].triangle, out.next.direction);
+    return true;
   }
 
   const Scene& scene_;
@@ -444,8 +388,6 @@ class ChunkTracers::ChunkTracer {
   std::vector<std::uint32_t> index_ =
       std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass
   Pairs choice_, direction_, light_;
-  DiffuseHits block_;
-  std::array<std::uint8_t, DiffuseHits::kBlock> bounce_ = {};  // the bits of each path's bounce
   PhotonChunk* result_ = nullptr;
   const bool crosses_media_ = scene_.crosses_media();
   float before_medium_ = 0;  // largest flux of a path before its piece in a medium

@@ -1,10 +1,8 @@
 // Light paths under way, in structure-of-arrays form.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "kernels/diffuse_scatter.h"
 #include "photon/photon_chunk.h"
 #include "photon/photon_tracer.h"
 #include "transport/path_state.h"
@@ -34,17 +32,12 @@ inline bool leaves(PhotonChoice choice, std::uint8_t path) {
   return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySharp));
 }
 
-/// Light paths; finished paths are compacted away after every bounce. The arrays have the
-/// length of the chunk plus the padding of kernels; the first `count` elements are valid.
+/// Light paths; finished paths are compacted away after every bounce. The first `count` elements are valid.
 struct LightPaths {
-  LightPaths() {
-    for (auto& channel : flux) channel.resize(kPathsPerChunk + kDiffuseScatterPadding);
-  }
-
   std::size_t count = 0;
   std::vector<Ray> rays = std::vector<Ray>(kPathsPerChunk);
   std::vector<Hit> hits = std::vector<Hit>(kPathsPerChunk);
-  std::array<std::vector<float>, 3> flux;                                          // W
+  std::vector<RGB> flux = std::vector<RGB>(kPathsPerChunk);                        // W
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
   std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);       // that the last bounce led into

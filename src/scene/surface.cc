@@ -265,10 +265,12 @@ RGB diffuse_reflectance(const Scene& scene, std::uint32_t triangle, Vec2 barycen
 
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3& normal) {
-  const Material& m = scene.materials()[scene.geometry().material_of(triangle)];
-  if (m.normal_map.texture != kNone || m.bump.texture != kNone) return false;
-  normal = interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal);
-  return true;
+  DiffuseTriangleRoom room;
+  const std::uint16_t kind = scene.diffuse_triangle(triangle, room).kind;
+  normal = kind & DiffuseTriangle::kSmooth
+               ? interpolated_normal(scene.geometry(), triangle, barycentric, point.geometric_normal)
+               : point.geometric_normal;
+  return !(kind & DiffuseTriangle::kMapped);
 }
 
 Bsdf resolve_bsdf(const Scene& scene, SurfacePoint& point) {
