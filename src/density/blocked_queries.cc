@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "density/reorder.h"
 
 namespace glowworm {
 
@@ -30,7 +29,7 @@ KeyGrid grid_over(const Box3& box, std::size_t most_cells) {
   if (box.empty()) return grid;
   const Vec3 d = box.diagonal();
   const float longest = std::max(d.x, std::max(d.y, d.z));
-  for (int axis = 0; axis < 3; ++axis) grid.origin[axis] = box.min[axis];
+  grid.origin = box.min;
   if (!(longest > 0) || !std::isfinite(longest)) return grid;
   // The largest number along the longest side that keeps the number of cells within the limit.
   const auto along = [&](float side, std::uint32_t n) {
@@ -94,13 +93,54 @@ Box3 sampled_bounds(std::span<const Vec3> points) {
   return box;
 }
 
-/// Coordinates of points in the layout of the kernels.
-const float* coordinates(const Vec3* points) {
-  static_assert(sizeof(Vec3) == 3 * sizeof(float));
-  return reinterpret_cast<const float*>(points);
+/// Moves bit i to bit 2i, for kKeyLevels bits.
+std::uint32_t spread_bits(std::uint32_t v) {
+  static_assert(kKeyLevels <= 8);
+  v = (v | v << 4) & 0x0f0fu;
+  v = (v | v << 2) & 0x3333u;
+  return (v | v << 1) & 0x5555u;
+}
+
+/// The position of square (x, y) on a Hilbert curve through 2^kKeyLevels squares along each axis (Skilling,
+/// "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004: the coordinates become the key's bits level
+/// by level).
+std::uint32_t along_curve(std::uint32_t x, std::uint32_t y) {
+  for (std::uint32_t upper = 1u << (kKeyLevels - 1); upper > 1; upper >>= 1) {
+    const std::uint32_t lower = upper - 1;
+    x ^= x & upper ? lower : 0;
+    const std::uint32_t difference = (x ^ y) & lower;
+    x ^= y & upper ? lower : difference;
+    y ^= y & upper ? 0 : difference;
+  }
+  y ^= x;
+  // Bit i: the parity of the bits of y above it.
+  std::uint32_t turned = y >> 1;
+  for (int shift = 1; shift < kKeyLevels; shift *= 2) turned ^= turned >> shift;
+  return spread_bits(x ^ turned) << 1 | spread_bits(y ^ turned);
 }
 
 }  // namespace
+
+std::uint32_t query_key(const KeyGrid& grid, Vec3 position, Vec3 normal, bool lambertian) {
+  if (!is_finite(position) || !is_finite(normal)) return kNoKey;
+  constexpr std::uint32_t kFine = 1u << kKeyLevels;
+  std::uint32_t cell = 0, stride = 1, fine[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float place = (position[axis] - grid.origin[axis]) * (grid.cells_per_metre * static_cast<float>(kFine));
+    const float last = static_cast<float>(grid.cells[axis] * kFine - 1);
+    const auto whole = static_cast<std::uint32_t>(std::min(std::max(place, 0.0f), last));
+    cell += whole / kFine * stride;
+    fine[axis] = whole % kFine;
+    stride *= grid.cells[axis];
+  }
+  const Vec3 size{std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)};
+  const int axis = size.z > std::max(size.x, size.y) ? 2 : size.y > size.x ? 1 : 0;
+  const std::uint32_t group =
+      lambertian ? 2 * static_cast<std::uint32_t>(axis) + std::signbit(normal[axis]) : kNotLambertianGroup;
+  const std::uint32_t slab = fine[axis] >> (kKeyLevels - kKeySlabBits);
+  const std::uint32_t curve = along_curve(fine[axis == 0], fine[axis == 2 ? 1 : 2]);
+  return cell << kKeyCellShift | group << kKeyGroupShift | slab << kKeyCurveBits | curve;
+}
 
 QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::size_t last, QueryMemory& memory)
     : memory_(memory), first_(first), last_(last) {
@@ -110,12 +150,13 @@ QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::si
   const std::span<std::uint32_t> keys = grown(memory_.keys, n);
   const std::span<std::uint32_t> all_places = grown(memory_.places, pieces_of(n) * cells_);
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {
-    query_keys(grid, coordinates(&points.position[first + begin]), coordinates(&points.normal[first + begin]),
-               &points.bsdf[first + begin], end - begin, &keys[begin]);
     std::uint32_t* count = &all_places[begin / kPiece * cells_];
     std::fill_n(count, cells_, 0u);
-    for (std::size_t i = begin; i < end; ++i)
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t q = first + i;
+      keys[i] = query_key(grid, points.position[q], points.normal[q], points.bsdf[q] == kLambertianQuery);
       if (keys[i] != kNoKey) ++count[keys[i] >> kKeyCellShift];
+    }
   });
   const std::vector<Bucket> buckets = places_from_counts(all_places, cells_, 0);
   taken_ = buckets.empty() ? 0 : buckets.back().last;
@@ -164,14 +205,10 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
   }
   const std::vector<BucketPoint> copy(&memory_.points[bucket.first], &memory_.points[bucket.first] + n);
   const std::vector<std::uint32_t> origins(&origin_[bucket.first], &origin_[bucket.first] + n);
-  std::vector<Vec3> positions(n), normals(n);
-  std::vector<std::uint32_t> bsdfs(n), keys(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    positions[i] = copy[i].position;
-    normals[i] = copy[i].normal;
-    bsdfs[i] = copy[i].bsdf;
-  }
-  const KeyGrid grid = grid_over(bounds_of(positions), cells_for(n));
+  std::vector<std::uint32_t> keys(n);
+  Box3 box;
+  for (const BucketPoint& point : copy) box.grow(point.position);
+  const KeyGrid grid = grid_over(box, cells_for(n));
   const std::size_t cells = cell_count(grid);
   if (rounds_left == 0 || cells == 1) {
     for (std::uint32_t first = bucket.first; first < bucket.last; first += kMaxPoints)
@@ -180,10 +217,11 @@ void QueryBuckets::divide(Bucket bucket, int rounds_left) {
   }
   std::vector<std::uint32_t> places(pieces_of(n) * cells);
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {
-    query_keys(grid, coordinates(&positions[begin]), coordinates(&normals[begin]), &bsdfs[begin], end - begin,
-               &keys[begin]);
     std::uint32_t* count = &places[begin / kPiece * cells];
-    for (std::size_t i = begin; i < end; ++i) ++count[keys[i] >> kKeyCellShift];
+    for (std::size_t i = begin; i < end; ++i) {
+      keys[i] = query_key(grid, copy[i].position, copy[i].normal, copy[i].bsdf == kLambertianQuery);
+      ++count[keys[i] >> kKeyCellShift];
+    }
   });
   const std::vector<Bucket> parts = places_from_counts(places, cells, bucket.first);
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {

@@ -8,17 +8,42 @@
 #include "core/box.h"
 #include "core/large_array.h"
 #include "core/rgb.h"
-#include "kernels/query_keys.h"
 #include "points/query_points.h"
 
 namespace glowworm {
+
+/// A grid of equal cubes. Points outside belong to the cells at the border.
+struct KeyGrid {
+  Vec3 origin{};  ///< metres
+  float cells_per_metre = 0;
+  std::uint32_t cells[3] = {1, 1, 1};  ///< number along each axis
+};
+
+/// Number of times a key halves a cell along each axis.
+inline constexpr int kKeyLevels = 6;
+/// Bits of a key, from the lowest: position on the curve, slab, group, cell. At most 2^14 - 1 cells.
+inline constexpr int kKeyCurveBits = 2 * kKeyLevels;
+inline constexpr int kKeySlabBits = 3;
+inline constexpr int kKeyGroupShift = kKeyCurveBits + kKeySlabBits;
+inline constexpr int kKeyCellShift = kKeyGroupShift + 3;
+/// Groups 0 to 5 are Lambertian points, by the axis closest to their normal (2 axis + 1 if it points in the negative
+/// direction); the last group is for all other points.
+inline constexpr std::uint32_t kKeyGroups = 7;
+inline constexpr std::uint32_t kNotLambertianGroup = 6;
+/// The key of points whose position or normal is not finite.
+inline constexpr std::uint32_t kNoKey = 0xffffffffu;
+
+/// The sort key of a query point: the cell of a grid, the axis of the normal, and the position on the surface. A
+/// surface perpendicular to an axis is close to a plane of the other two axes, so a curve through that plane orders its
+/// points as well as one through space, with a third fewer bits. A few slabs along the axis separate parallel surfaces.
+std::uint32_t query_key(const KeyGrid& grid, Vec3 position, Vec3 normal, bool lambertian);
 
 /// The part of a query point that moves when points are grouped.
 struct BucketPoint {
   Vec3 position;
   Vec3 normal;
   std::uint32_t bsdf;  ///< as in QueryPoints
-  std::uint32_t key;   ///< of query_keys()
+  std::uint32_t key;   ///< query_key()
 };
 
 /// Working memory of QueryBuckets. It only grows and serves one QueryBuckets after another, because the system need not

@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "density/compact_sort.h"
 #include "density/reorder.h"
-#include "kernels/compact_sort.h"
 
 namespace glowworm {
 

@@ -9,7 +9,7 @@
 
 #include "core/hilbert.h"
 #include "core/parallel.h"
-#include "kernels/compact_sort.h"
+#include "density/compact_sort.h"
 
 namespace glowworm {
 

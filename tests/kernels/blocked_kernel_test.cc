@@ -10,7 +10,6 @@
 #include "core/vec.h"
 #include "kernels/blocked.h"
 #include "kernels/blocked_reference.h"
-#include "kernels/query_keys.h"
 #include "kernels/simd.h"
 
 namespace glowworm {
@@ -200,95 +199,6 @@ TEST(BlockedKernel, FindsThePhotonsThatAreSummed) {
           sum += f.profile * photons.blocks[f.place / kBlockWidth].r[f.place % kBlockWidth];
         EXPECT_NEAR(sum, run.run.sum[0][0], 1e-5f * sum);
       }
-    }
-  }
-  set_simd("auto");
-}
-
-constexpr std::uint32_t kLambertian = 0xffffffffu;
-
-TEST(QueryKeys, TheCurveVisitsEverySquareOfASheetOnceAndMovesOneSquareAStep) {
-  constexpr std::uint32_t kSide = 1u << kKeyLevels, kSquares = kSide * kSide;
-  KeyGrid grid;
-  grid.cells_per_metre = 1.0f / kSide;  // one cell, whose parts are cubes of a metre
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    for (std::uint32_t slab = 0; slab < 1u << kKeySlabBits; ++slab) {
-      Vec3 normal{0, 0, 0};
-      normal[static_cast<int>(axis)] = 1;
-      std::vector<Vec3> positions(kSquares), normals(kSquares, normal);
-      for (std::uint32_t i = 0; i < kSquares; ++i) {
-        positions[i][static_cast<int>(axis)] = static_cast<float>(slab * kSide >> kKeySlabBits) + 0.5f;
-        positions[i][static_cast<int>(axis + 1) % 3] = static_cast<float>(i % kSide) + 0.5f;
-        positions[i][static_cast<int>(axis + 2) % 3] = static_cast<float>(i / kSide) + 0.5f;
-      }
-      const std::vector<std::uint32_t> bsdf(kSquares, kLambertian);
-      std::vector<std::uint32_t> keys(kSquares);
-      query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), kSquares, keys.data());
-      std::vector<Vec3> by_key(kSquares, Vec3{-1, -1, -1});
-      for (std::uint32_t i = 0; i < kSquares; ++i) {
-        ASSERT_EQ(keys[i] >> kKeyCurveBits, 2 * axis << kKeySlabBits | slab);
-        by_key[keys[i] & (kSquares - 1)] = positions[i];
-      }
-      for (std::uint32_t i = 0; i < kSquares; ++i) {
-        ASSERT_GE(by_key[i].x, 0) << "no square at " << i;
-        if (i == 0) continue;
-        const Vec3 step = by_key[i] - by_key[i - 1];
-        ASSERT_EQ(std::abs(step.x) + std::abs(step.y) + std::abs(step.z), 1.0f);
-      }
-    }
-  }
-}
-
-TEST(QueryKeys, TellsCellsAndDirectionsApart) {
-  KeyGrid grid;
-  grid.origin[0] = -2;
-  grid.cells_per_metre = 1;
-  grid.cells[0] = 4;
-  grid.cells[1] = 3;
-  grid.cells[2] = 2;
-  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
-  const std::vector<Vec3> positions = {{-1.5f, 0.5f, 0.5f}, {1.5f, 2.5f, 1.5f}, {-50, 99, 0.5f}, {0.5f, 0.5f, 0.5f},
-                                       {nan, 0, 0},         {0, infinity, 0},   {0, 0, 0},       {0.5f, 0.5f, 0.5f}};
-  const std::vector<Vec3> normals = {{1, 0, 0}, {-0.8f, 0.6f, 0}, {0, 0.7f, -0.7f}, {0.1f, -0.9f, 0.2f},
-                                     {0, 0, 1}, {0, 0, 1},        {0, nan, 1},      {0, 0, -1}};
-  const std::vector<std::uint32_t> bsdf = {kLambertian, kLambertian, kLambertian, kLambertian,
-                                           kLambertian, kLambertian, kLambertian, 0};
-  std::vector<std::uint32_t> keys(8);
-  query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), 8, keys.data());
-  const auto cell = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyCellShift; };
-  const auto group = [&](int i) { return keys[static_cast<std::size_t>(i)] >> kKeyGroupShift & 7; };
-  EXPECT_EQ(cell(0), 0u);
-  EXPECT_EQ(cell(1), 23u);
-  EXPECT_EQ(cell(2), 8u);
-  EXPECT_EQ(cell(3), 2u);
-  EXPECT_EQ(group(0), 0u);
-  EXPECT_EQ(group(1), 1u);
-  EXPECT_EQ(group(2), 2u);
-  EXPECT_EQ(group(3), 3u);
-  EXPECT_EQ(group(7), kNotLambertianGroup);
-  for (std::size_t i = 4; i < 7; ++i) EXPECT_EQ(keys[i], kNoKey);
-}
-
-TEST(QueryKeys, EveryInstructionSetGivesTheSameKeys) {
-  KeyGrid grid;
-  grid.cells_per_metre = 7;
-  grid.cells[0] = grid.cells[1] = grid.cells[2] = 7;
-  for (const std::size_t n : {1, 7, 8, 9, 31, 1000}) {
-    std::vector<Vec3> positions(n), normals(n);
-    std::vector<std::uint32_t> bsdf(n);
-    for (std::uint32_t i = 0; i < n; ++i) {
-      positions[i] = {number(i, 1), number(i, 2), number(i, 3)};
-      normals[i] = direction(i, 4);
-      bsdf[i] = i % 5 == 0 ? 3 : kLambertian;
-    }
-    std::map<std::string, std::vector<std::uint32_t>> keys;
-    for (const std::string& name : simd_names()) {
-      set_simd(name);
-      std::vector<std::uint32_t>& k = keys[name];
-      k.assign(n + 1, 12345u);
-      query_keys(grid, &positions[0].x, &normals[0].x, bsdf.data(), n, k.data());
-      EXPECT_EQ(k[n], 12345u);
-      EXPECT_EQ(k, keys.begin()->second) << name << ", " << n << " points";
     }
   }
   set_simd("auto");

@@ -25,31 +25,9 @@ struct alignas(32) CompactRow {
 
 /// Sorts rows so that every aligned run of 8, 16, 32, ... of them is compact: divides them along the coordinate with
 /// the largest spread, with a power of two of blocks in the first part, and continues with both parts. Rows with the
-/// same coordinate keep their order. The order is the same on every instruction set. (set_simd() chooses the set.)
+/// same coordinate keep their order.
 /// @param scratch working memory for as many rows
-/// @param column  working memory for as many numbers, rounded up to a multiple of 8
+/// @param column  working memory for as many numbers
 void compact_sort(std::span<CompactRow> rows, std::span<CompactRow> scratch, std::span<float> column);
-
-/// The coordinate whose spread within these bounds extends a block most.
-/// @param low, high smallest and largest of each coordinate
-inline int compact_axis(const float* low, const float* high) {
-  const auto widest = [&](int first) {
-    int axis = first;
-    for (int i = first + 1; i < first + 3; ++i)
-      if (high[i] - low[i] > high[axis] - low[axis]) axis = i;
-    return axis;
-  };
-  constexpr int kRadius = CompactRow::kRadius;
-  const int position = widest(0), normal = widest(3);
-  const float by_position = high[position] - low[position];
-  const float by_normal = (high[normal] - low[normal]) * (0.5f * kCompactNormalWeight * (low[kRadius] + high[kRadius]));
-  const float by_radius = (high[kRadius] - low[kRadius]) * kCompactRadiusWeight;
-  return by_position >= by_normal && by_position >= by_radius ? position : by_normal >= by_radius ? normal : kRadius;
-}
-
-/// Rows of the first part: the largest power of two of blocks below `count`, which is above kCompactWidth.
-inline std::size_t compact_half(std::size_t count) {
-  return kCompactWidth * std::bit_floor((count - 1) / kCompactWidth);
-}
 
 }  // namespace glowworm
