@@ -45,7 +45,8 @@ struct Moments {
 
   /// The area of a square with the photons' covariance C in the plane normal to m: 12 sqrt(det). It is close to the
   /// area of any compact shape that they cover evenly (4 pi / 12 for a disc). The determinant in the plane is m^T
-  /// adj(C) m; its estimate from n points is too small by a factor (n - 2) / (n - 1) on average (Wishart distribution).
+  /// adj(C) m. The root of its estimate from n points is too small by a factor (n - 2) / (n - 1) on average (Wishart
+  /// distribution), so surfaces with few photons of a leaf, as in corners, would get small radii.
   double area(Vec3 m) const {
     if (n < 3) return 0;
     const double inverse = 1 / n, unbiased = 1 / (n - 1);
@@ -55,7 +56,7 @@ struct Moments {
     const double det = m.x * m.x * (cyy * czz - cyz * cyz) + m.y * m.y * (cxx * czz - cxz * cxz) +
                        m.z * m.z * (cxx * cyy - cxy * cxy) + 2 * m.x * m.y * (cxz * cyz - cxy * czz) +
                        2 * m.x * m.z * (cxy * cyz - cxz * cyy) + 2 * m.y * m.z * (cxy * cxz - cyz * cxx);
-    return 12 * std::sqrt(std::max(0.0, det) * (n - 1) / (n - 2));
+    return 12 * std::sqrt(std::max(0.0, det)) * (n - 1) / (n - 2);
   }
 };
 

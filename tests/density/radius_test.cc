@@ -50,10 +50,10 @@ TEST(SlowRadius, HoldsAboutKPhotonsOnAFloor) {
 
 /// Photons of equal density on the five walls of an open box of side 1, whose coordinates across the wall differ by
 /// rounding, as those of hits on triangles do.
-PhotonBatch box_photons(std::size_t count) {
+PhotonBatch box_photons(std::size_t count, std::uint32_t seed = 3) {
   PhotonBatch photons;
   for (std::size_t i = 0; i < count; ++i) {
-    Sampler sampler(SamplerKind::independent, 3, 1, static_cast<std::uint32_t>(i));
+    Sampler sampler(SamplerKind::independent, seed, 1, static_cast<std::uint32_t>(i));
     const Vec2 u = sampler.next2();
     const int wall = static_cast<int>(i % 5), across = wall / 2;
     Vec3 position, normal;
@@ -74,6 +74,30 @@ TEST(Radius, HoldsAboutKPhotonsOnWallsThatAreFlatToRounding) {
   double squares = 0;
   for (const float r : per_photon_radii(box_photons(kPhotons), 50)) squares += (r / expected) * (r / expected);
   EXPECT_NEAR(squares / kPhotons, 1.0, 0.05);
+}
+
+TEST(Radius, IsTheSameInCornersWhereFewPhotonsOfALeafShareASurface) {
+  constexpr std::size_t kPhotons = 5000;
+  constexpr std::uint32_t kSeeds = 200;
+  const float even = std::sqrt(50.0f / (kPhotons / 5 * kPi));
+  double corners = 0, in_corners = 0, middles = 0, in_middles = 0;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    const PhotonBatch photons = box_photons(kPhotons, seed);
+    const std::vector<float> radii = per_photon_radii(photons, 50);
+    for (std::size_t i = 0; i < kPhotons; ++i) {
+      const Vec3 p = photons.position[i];
+      const auto is_near_edge = [&](float x) { return std::min(x, 1 - x) < 0.7f * even; };
+      const double squared = double{radii[i]} * radii[i];
+      if (is_near_edge(p.x) && is_near_edge(p.y) && p.z < 0.7f * even) {
+        corners += squared;
+        ++in_corners;
+      } else if (!is_near_edge(p[(i % 5 / 2 + 1) % 3]) && !is_near_edge(p[(i % 5 / 2 + 2) % 3])) {
+        middles += squared;
+        ++in_middles;
+      }
+    }
+  }
+  EXPECT_NEAR(corners / in_corners / (middles / in_middles), 1, 0.03);
 }
 
 /// Photons of equal density on a floor (side 0), the wall that meets it at x = 0 (1) and the floor's underside (2).
