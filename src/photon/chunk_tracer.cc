@@ -14,6 +14,7 @@
 #include "photon/emission_guide.h"
 #include "photon/light_paths.h"
 #include "photon/material_lobes.h"
+#include "photon/outside.h"
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
 #include "transport/step.h"
@@ -129,19 +130,40 @@ class ChunkTracers::ChunkTracer {
                  is_black(medium->sigma_s) ? medium->sigma_a : RGB(0.0f));
     const bool is_stored =
         pass_.choice == PhotonChoice::all && !is_straight_from_lamp(paths_.bounces[i]) && !is_black(medium->sigma_s);
-    if (is_stored) {
-      const MediumSpan span =
-          span_in(*medium, path.ray.origin, path.ray.direction, 0, sample.scatters ? sample.distance : length);
-      add_beams(*medium, path, span, before, paths_.light[i], sampler.next1(), result_->beams);
-    }
     const RGB after = before * sample.weight;
-    if (is_stored && sample.scatters && !is_black(after))
-      result_->in_media.push_back(path.ray.origin + path.ray.direction * sample.distance, path.ray.direction, after,
-                                  path.medium.index, paths_.light[i]);
+    if (is_stored)
+      store_in_medium(i, *medium, path, sample.scatters ? sample.distance : length, sample.scatters ? after : RGB(0.0f),
+                      sampler.next1());
     // What scatters has arrived, with all of its flux.
     add(result_->balance.arrived, sample.scatters ? before : before - after);
     paths_.flux[i] = after;
     return sample;
+  }
+
+  /// Keeps a piece of the way of path i as beams, and its end as a photon; far from the scene with a probability only.
+  /// @param scattered flux at the end; black: it does not scatter there
+  void store_in_medium(std::size_t i, const Medium& medium, const PathState& path, float length, RGB scattered,
+                       float u) {
+    const Ray& ray = path.ray;
+    const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
+    const Vec3 to_middle = scene_.bounds().center() - ray.origin;
+    const float nearest = std::clamp(dot(to_middle, ray.direction), span.first, std::max(span.first, span.last));
+    const float of_beam = share_kept(i, medium, ray.origin + ray.direction * nearest);
+    if (u < of_beam)
+      add_beams(medium, path, span, paths_.flux[i] / of_beam, paths_.light[i], u / of_beam, result_->beams);
+    if (is_black(scattered)) return;
+    const Vec3 end = ray.origin + ray.direction * length;
+    const float of_photon = share_kept(i, medium, end);
+    if (u < of_photon)
+      result_->in_media.push_back(end, ray.direction, scattered / of_photon, path.medium.index, paths_.light[i]);
+  }
+
+  /// The share of photons of path i that are kept at a place in a medium: such that all matter as much.
+  float share_kept(std::size_t i, const Medium& medium, Vec3 position) const {
+    if (medium.bounds) return 1;
+    const RGB sigma_t = medium.sigma_a + medium.sigma_s;
+    const float looks = share_that_looks(scene_.bounds(), position, std::min({sigma_t.r, sigma_t.g, sigma_t.b}));
+    return std::min(looks / paths_.least_share[i], 1.0f);
   }
 
   /// Sends path i on from a place in a medium. Returns false if it ends there.
@@ -151,9 +173,14 @@ class ChunkTracers::ChunkTracer {
     paths_.flux[i] = RGB(0.0f);
     paths_.bounces[i] = with_bounce(paths_.bounces[i], 0);
     if (is_black(scattered) || !may_leave(pass_.choice, paths_.bounces[i])) return false;
-    const float kept = max_component(scattered) / std::max(before_medium_, 1e-30f);
+    const Medium& medium = scene_.media()[path.medium.index];
+    const Vec3 position = path.ray.origin + path.ray.direction * distance;
+    const float returns = medium.bounds ? 1.0f : share_that_returns(scene_.bounds(), position);
+    const float least = std::min(paths_.least_share[i], returns);
+    const float kept = max_component(scattered) / std::max(before_medium_, 1e-30f) * (least / paths_.least_share[i]);
     const float probability = roulette(kept, kLeastOfPhotons, bounces, [&] { return sampler.next1(); });
     if (!(probability > 0)) return false;
+    paths_.least_share[i] = least;
     scattered *= 1 / probability;
     add(result_->balance.scattered, scattered);
     if (bounces >= pass_.max_bounces) {
@@ -161,8 +188,6 @@ class ChunkTracers::ChunkTracer {
       return false;
     }
     paths_.flux[i] = scattered;
-    const Medium& medium = scene_.media()[path.medium.index];
-    const Vec3 position = path.ray.origin + path.ray.direction * distance;
     path.medium.named = true;
     path.ray =
         photon_ray(position, sample_henyey_greenstein(-path.ray.direction, medium.g, sampler.next2()), path.ray.time);
@@ -211,6 +236,7 @@ class ChunkTracers::ChunkTracer {
     if (!crosses_media_) return;
     paths_.medium[at] = media_.of(scene_, photon.light, photon.direction);
     paths_.scatterings[at] = 0;
+    paths_.least_share[at] = 1;
   }
 
   /// Whether a photon that a medium emits starts where surfaces leave this medium out.
@@ -376,6 +402,7 @@ class ChunkTracers::ChunkTracer {
     paths_.bounces[kept] = bounces;
     if (!crosses_media_) return true;
     paths_.scatterings[kept] = paths_.scatterings[i];
+    paths_.least_share[kept] = paths_.least_share[i];
     paths_.medium[kept] = medium_behind(scene_, paths_.medium[i], paths_.hits[i].triangle, out.next.direction);
     return true;
   }

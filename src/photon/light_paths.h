@@ -40,8 +40,10 @@ struct LightPaths {
   std::vector<RGB> flux = std::vector<RGB>(kPathsPerChunk);                        // W
   std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
-  std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);       // that the last bounce led into
-  std::vector<int> scatterings = std::vector<int>(kPathsPerChunk);                // in media
+  std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);  // that the last bounce led into
+  std::vector<int> scatterings = std::vector<int>(kPathsPerChunk);           // in media
+  /// The least share_that_returns() of the places where it has scattered: its flux has grown by the inverse.
+  std::vector<float> least_share = std::vector<float>(kPathsPerChunk);
   std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };
 
