@@ -28,8 +28,6 @@ constexpr std::size_t kFewPoints = std::size_t{1} << 15;
 // Below this number of points per photon, a run holds one point: sixteen points would be tested against hundreds of
 // times the photons that they use. The sums do not depend on the runs.
 constexpr std::size_t kSparsePhotons = 24;
-// Prefetch distance, in points.
-constexpr std::size_t kBlockedAhead = 16;
 
 using Clock = std::chrono::steady_clock;
 
@@ -72,7 +70,6 @@ class BucketWorker {
     }
     const std::size_t padded = (run.count + kTileWidth - 1) / kTileWidth * kTileWidth;
     for (std::size_t i = 0; i < padded; ++i) {
-      if (i + kBlockedAhead < indices.size()) __builtin_prefetch(&points[indices[i + kBlockedAhead]]);
       const BucketPoint& p = points[indices[std::min(i, run.count - 1)]];
       in_[0][i] = p.position.x;
       in_[1][i] = p.position.y;
@@ -85,8 +82,6 @@ class BucketWorker {
       blocked_sum_glossy(tree_, run, *glossy, scratch_, counts);
     else
       blocked_sum(tree_, run, scratch_, counts);
-    for (std::size_t i = 0; i < std::min<std::size_t>(run.count, kBlockedAhead); ++i)
-      __builtin_prefetch(&buckets_.answer(bucket, indices[i]), 1);
     for (std::size_t i = 0; i < run.count; ++i)
       buckets_.answer(bucket, indices[i]) = RGB(out_[0][i], out_[1][i], out_[2][i]);
   }
@@ -95,7 +90,6 @@ class BucketWorker {
   /// the others one by one.
   void shade_group(const QueryBuckets::Bucket& bucket, std::span<const std::uint32_t> indices) {
     const std::span<const BucketPoint> points = buckets_.points(bucket);
-    for (const std::uint32_t i : indices) __builtin_prefetch(&points_.bsdfs[points[i].bsdf]);
     for (std::vector<std::uint32_t>& run : runs_) run.clear();
     for (const std::uint32_t i : indices) {
       if (const std::optional<GlossyModel> model = glossy_model(points_.bsdfs[points[i].bsdf].bsdf))

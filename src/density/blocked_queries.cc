@@ -20,8 +20,6 @@ constexpr std::size_t kSampledForBounds = std::size_t{1} << 16;
 constexpr std::size_t kPointsOfSquare = 4;
 // Rounds of dividing a bucket that is too large; after them it is kept as it is.
 constexpr int kMaxRounds = 8;
-// Prefetch distance, in points.
-constexpr std::size_t kQueriesAhead = 24;
 
 /// A grid over a box with at most the given number of cells.
 KeyGrid grid_over(const Box3& box, std::size_t most_cells) {
@@ -165,8 +163,6 @@ QueryBuckets::QueryBuckets(const QueryPoints& points, std::size_t first, std::si
   parallel_for(0, n, kPiece, [&](std::size_t begin, std::size_t end) {
     std::uint32_t* places = &all_places[begin / kPiece * cells_];
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kQueriesAhead < end && keys[i + kQueriesAhead] != kNoKey)
-        __builtin_prefetch(&moved[places[keys[i + kQueriesAhead] >> kKeyCellShift]], 1);
       if (keys[i] == kNoKey) continue;
       const std::size_t q = first + i;
       moved[places[keys[i] >> kKeyCellShift]++] = {points.position[q], points.normal[q], points.bsdf[q], keys[i]};
@@ -182,8 +178,6 @@ void QueryBuckets::add_answers(const QueryPoints& points, std::span<RGB> radianc
     // Each place is one past the last point put there; reading backwards visits the points in order.
     std::uint32_t* places = &memory_.places[begin / kPiece * cells_];
     for (std::size_t i = end; i-- > begin;) {
-      if (i >= begin + kQueriesAhead && keys[i - kQueriesAhead] != kNoKey)
-        __builtin_prefetch(&memory_.answers[places[keys[i - kQueriesAhead] >> kKeyCellShift]] - 1);
       if (keys[i] == kNoKey) continue;
       const RGB answer = memory_.answers[--places[keys[i] >> kKeyCellShift]];
       const std::size_t q = first_ + i;

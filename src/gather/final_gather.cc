@@ -135,7 +135,6 @@ class ChunkGatherer {
     rays_traced += rays_.rays.size();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < rays_.rays.size(); ++i) {
-      fetch_ahead<false>(scene_, i, rays_.hits.size(), [&](std::size_t at) { return rays_.hits[at].triangle; });
       if (crosses_media_ && !cross_media(i)) continue;
       if (!counts(i)) continue;
       if (rays_.hits[i].triangle != kNone && !weighs_patches(i) && ends_on_diffuse(i)) continue;

@@ -274,7 +274,6 @@ class ChunkTracers::ChunkTracer {
     result_->make_room(result_->count + paths_.count);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < paths_.count; ++i) {
-      fetch_ahead<true>(scene_, i, paths_.count, [&](std::size_t at) { return paths_.hits[at].triangle; });
       if (paths_.hits[i].triangle == kNone) {
         add(balance.escaped, paths_.flux[i]);
         continue;

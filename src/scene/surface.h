@@ -65,43 +65,6 @@ inline bool diffuse_point(const Scene& scene, std::uint32_t triangle, Vec2 baryc
 bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, const DiffusePoint& point,
                             Vec3& normal);
 
-/// Prefetches the data for surface_point() and diffuse_point(), because hits of incoherent rays are scattered over the
-/// scene; not for triangles of instances. Each hit is fetched in three steps, kFetchAhead hits apart, because each step
-/// reads data fetched by the one before; the last two run only if diffuse_point() is not enough. Call it with `next`
-/// from 0 on, before you use hit `next`.
-/// @tparam kSmoothToo whether to fetch shading normals, too
-/// @param triangle_of the triangle of hit i, or kNone
-// Inlined, because GCC drops calls of a function that only prefetches.
-template <bool kSmoothToo, typename TriangleOf>
-[[gnu::always_inline]] inline void fetch_ahead(const Scene& scene, std::size_t next, std::size_t count,
-                                               TriangleOf&& triangle_of) {
-  constexpr std::size_t kFetchAhead = 8;
-  constexpr std::uint32_t kOverlooked = kSmoothToo ? 0 : DiffuseTriangle::kSmooth;
-  const Geometry& g = scene.geometry();
-  if (next + 3 * kFetchAhead < count)
-    if (const std::uint32_t triangle = triangle_of(next + 3 * kFetchAhead); scene.stores(triangle))
-      scene.prefetch(triangle);
-  const auto needs_more = [&](std::uint32_t triangle) {
-    DiffuseTriangleRoom room;
-    return scene.stores(triangle) &&
-           (scene.diffuse_triangle(triangle, room).kind & ~kOverlooked) != DiffuseTriangle::kDiffuse;
-  };
-  if (next + 2 * kFetchAhead < count) {
-    if (const std::uint32_t triangle = triangle_of(next + 2 * kFetchAhead); needs_more(triangle)) {
-      __builtin_prefetch(&g.triangles[triangle]);
-      __builtin_prefetch(&g.material[triangle]);
-      __builtin_prefetch(&g.emission[triangle]);
-    }
-  }
-  if (next + kFetchAhead < count) {
-    if (const std::uint32_t triangle = triangle_of(next + kFetchAhead); needs_more(triangle))
-      for (const std::uint32_t vertex : g.triangles[triangle]) {
-        __builtin_prefetch(&g.positions[vertex]);
-        __builtin_prefetch(&g.normals[vertex]);
-      }
-  }
-}
-
 /// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
