@@ -33,14 +33,8 @@ constexpr std::uint64_t kMaxOnDisk = std::uint64_t{1} << 25;
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
 // From this number on, its leaves have their largest size.
 constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
-// Costs of portions in addition to rays (atrium, two threads): 190 ns for each query point of a portion, once, for
-// memory that is written for the first time; 31 ns + 25 ns / Q^0.6 for each lookup of the render, in batches of Q
-// million.
-constexpr double kFirstTouch = 190e-9, kLookupShare = 25e-9, kLookupPower = 0.6;
 // Passes of paths from points at least, so that progress moves.
 constexpr std::uint32_t kPassesOfPaths = 32;
-// Portions are chosen for renders of so many samples.
-constexpr std::uint32_t kReckonedSamples = 16;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
 constexpr int kMinTile = CameraTask::kBlock;
 constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
@@ -64,19 +58,13 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMaxOnDisk)), kMinTimedQueries, kMaxOnDisk);
 }
 
-/// Query points in a portion that minimise the cost of all portions of the render, if photons leave the memory.
+/// Query points of a portion: those of a sample, and so many that photons which find none do not dominate.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
-  // Does not depend on the requested samples: a render that continues from a checkpoint with more samples keeps its
-  // portions. A part never gets more. Parts of few samples are faster in batches for half of kReckonedSamples.
-  const std::uint32_t samples =
-      settings.part.is_all() ? kReckonedSamples : std::max(settings.sample_range().count(), kReckonedSamples / 2);
-  const double queries = static_cast<double>(settings.bounds.pixel_count()) * settings.gather * samples;
-  // The zero of the derivative of kFirstTouch Q + queries kLookupShare (Q / 1e6)^-kLookupPower.
-  const double millions = std::pow(queries * kLookupShare * kLookupPower / (kFirstTouch * 1e6), 1 / (1 + kLookupPower));
   const std::uint64_t per_photon =
       engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
-  const std::uint64_t fewest = std::min(std::max(per_photon * settings.photons, kMinQueries), kMaxQueries);
-  return std::clamp(static_cast<std::uint64_t>(std::min<double>(millions * 1e6, kMaxQueries)), fewest, kMaxQueries);
+  return std::min(
+      std::max({settings.bounds.pixel_count() * settings.gather, per_photon * settings.photons, kMinQueries}),
+      kMaxQueries);
 }
 
 /// The part that is rendered, with its upper left corner where a tile may begin: the camera pass traces whole blocks.

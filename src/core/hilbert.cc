@@ -36,12 +36,6 @@ constexpr HilbertTables::HilbertTables() {
         place[orientation][cell] = static_cast<std::uint8_t>(w + 8 * next);
       }
     }
-  for (std::size_t orientation = 0; orientation < kOrientations; ++orientation)
-    for (std::size_t octants = 0; octants < 64; ++octants) {
-      const unsigned first = place[orientation][octants >> 3];
-      const unsigned second = place[first >> 3][octants & 7];
-      place2[orientation][octants] = static_cast<std::uint16_t>((first & 7) * 8 + (second & 7) + 64 * (second >> 3));
-    }
 }
 
 constinit const HilbertTables kHilbert;
@@ -68,16 +62,10 @@ std::uint64_t morton_code(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
 std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits) {
   unsigned orientation = 0;
   std::uint64_t key = 0;
-  if (bits & 1) {
-    const unsigned step = kHilbert.place[0][morton >> (3 * (bits - 1)) & 7];
-    key = step & 7;
+  for (int shift = 3 * bits - 3; shift >= 0; shift -= 3) {
+    const unsigned step = kHilbert.place[orientation][morton >> shift & 7];
+    key = key << 3 | (step & 7);
     orientation = step >> 3;
-    --bits;
-  }
-  for (int shift = 3 * bits - 6; shift >= 0; shift -= 6) {
-    const unsigned step = kHilbert.place2[orientation][morton >> shift & 63];
-    key = key << 6 | (step & 63);
-    orientation = step >> 6;
   }
   return key;
 }

@@ -20,9 +20,6 @@ struct HilbertTables {
   std::array<std::array<std::uint8_t, 8>, kOrientations> place{};
   /// By orientation and position on the curve: the octant visited there, which is the child order of an octree.
   std::array<std::array<std::uint8_t, 8>, kOrientations> octant{};
-  /// Two levels at once. By orientation and octant of an octant (6 bits): the position (0 to 63), plus 64 times the
-  /// orientation.
-  std::array<std::array<std::uint16_t, 64>, kOrientations> place2{};
   constexpr HilbertTables();
 };
 extern const HilbertTables kHilbert;

@@ -2,8 +2,6 @@
 // finding photons; the rest is straight-line vector code (kernels/blocked.h).
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -29,8 +27,6 @@ constexpr std::size_t kFewPoints = std::size_t{1} << 15;
 // times the photons that they use. The sums do not depend on the runs.
 constexpr std::size_t kSparsePhotons = 24;
 
-using Clock = std::chrono::steady_clock;
-
 /// Processes one bucket after another. Holds the memory of one thread.
 class BucketWorker {
  public:
@@ -38,9 +34,7 @@ class BucketWorker {
       : index_(index), tree_(index.tree()), points_(points), buckets_(buckets) {}
 
   void work(const QueryBuckets::Bucket& bucket) {
-    const Clock::time_point start = Clock::now();
     order_.sort(buckets_.points(bucket));
-    const Clock::time_point sorted = Clock::now();
     for (std::size_t g = 0; g < kNotLambertianGroup; ++g) {
       std::span<const std::uint32_t> indices = order_.group(g);
       while (!indices.empty()) {
@@ -49,12 +43,9 @@ class BucketWorker {
       }
     }
     shade_group(bucket, order_.group(kNotLambertianGroup));
-    sort_time += sorted - start;
-    other_time += Clock::now() - sorted;
   }
 
   BlockedCounts counts;
-  Clock::duration sort_time{}, other_time{};
 
  private:
   /// A run of points from the front of the indices: Lambertian ones, or those with numbers in `glossy`.
@@ -231,10 +222,9 @@ class BlockedEngine final : public DensityEngine {
  private:
   void estimate_part(const QueryPoints& points, std::size_t first, std::size_t last, std::span<RGB> radiance,
                      QueryMemory& memory, Statistics& statistics) const {
-    const Clock::time_point start = Clock::now();
+    std::optional<PhaseTimer> timer(std::in_place, statistics, Phase::reorder);
     QueryBuckets buckets(points, first, last, memory);
-    const Clock::time_point brought_together = Clock::now();
-    std::atomic<Clock::rep> sort_time{0}, other_time{0};
+    timer.emplace(statistics, Phase::density);
     const std::size_t grain = last - first < kFewPoints ? 1 : kBucketGrain;
     parallel_for(0, buckets.buckets().size(), grain, [&](std::size_t begin, std::size_t end) {
       const auto worker = std::make_unique<BucketWorker>(index_, points, buckets);
@@ -243,18 +233,8 @@ class BlockedEngine final : public DensityEngine {
       statistics.add(Counter::pairs_tested, worker->counts.tested);
       statistics.add(Counter::packet_steps, worker->counts.steps);
       statistics.add(Counter::packet_active_lanes, worker->counts.evaluated);
-      sort_time += worker->sort_time.count();
-      other_time += worker->other_time.count();
     });
-    const Clock::time_point worked_off = Clock::now();
     buckets.add_answers(points, radiance);
-    // Other buckets are summed while this one is sorted: the share of wall time is the share of the threads' time.
-    using Seconds = std::chrono::duration<double>;
-    const double wall = Seconds(worked_off - brought_together).count();
-    const double all = static_cast<double>(sort_time + other_time);
-    const double sorting = all > 0 ? wall * static_cast<double>(sort_time) / all : 0;
-    statistics.add_time(Phase::reorder, Seconds(brought_together - start).count() + sorting);
-    statistics.add_time(Phase::density, wall - sorting + Seconds(Clock::now() - worked_off).count());
   }
 
   // Buckets in one piece of parallel work.

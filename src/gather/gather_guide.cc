@@ -24,7 +24,54 @@ constexpr double kWorthwhile = 0.9;
 /// tables of half of the rays estimate it less well than tables of all.
 constexpr std::array<double, 2> kEvenShares = {GatherGuide::kEvenShare, 0.5};
 
+constexpr std::size_t kTableSide = GuideTable::kSide;
+constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
+
+float mixed(float a, float b, float t) { return a + (b - a) * t; }
+
+/// The cell along a side in which integrals reach `sum`. @param sum_at(i) the integral up to the end of cell i
+template <typename SumAt>
+std::size_t cell_of(float sum, SumAt&& sum_at) {
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i < kTableSide; ++i) cell += sum_at(i) <= sum;
+  return std::min(cell, kTableSide - 1);
+}
+
+/// A place in a cell, from 0 to 1, and the density there.
+struct Place {
+  float at, density;
+};
+
+/// Where the integral of a density that goes from `low` to `high` over a cell reaches `sum`.
+Place reach(float low, float high, float sum) {
+  const float change = high - low, twice = 2 * sum;
+  const float root = std::sqrt(std::max(low * low + change * twice, 0.0f));
+  const float at = twice / (low + root);
+  const float inside = at > 0 ? std::min(at, 1.0f) : 0;  // 0 / 0 where all is dark
+  return {inside, low + change * inside};
+}
+
+/// The coordinate of a place in a cell.
+float along_side(std::size_t cell, float at) {
+  return std::min((static_cast<float>(cell) + at) / static_cast<float>(kTableSide), kBelowOne);
+}
+
 }  // namespace
+
+float GuideTable::warp(float& x, float& y) const {
+  const float row_sum = x * rows[kSide];
+  const std::size_t r = cell_of(row_sum, [&](std::size_t end) { return rows[end + 1]; });
+  const float s = reach(columns[r][kSide], columns[r + 1][kSide], row_sum - rows[r]).at;
+  const auto mixed_at = [&](const float(&values)[kSide + 1][kSide + 1], std::size_t column) {
+    return mixed(values[r][column], values[r + 1][column], s);
+  };
+  const float sum = y * mixed_at(columns, kSide);
+  const std::size_t c = cell_of(sum, [&](std::size_t end) { return mixed_at(columns, end + 1); });
+  const Place place = reach(mixed_at(density, c), mixed_at(density, c + 1), sum - mixed_at(columns, c));
+  x = along_side(r, s);
+  y = along_side(c, place.at);
+  return 1 / place.density;
+}
 
 /// Divides the points, and makes the tables of leaves.
 class GatherGuide::Learner {
@@ -234,14 +281,11 @@ std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
 }
 
 void GatherGuide::warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const {
-  warp_by_guide(tables_.data(), regions.data(), regions.size(), square, weight);
+  for (std::size_t i = 0; i < regions.size(); ++i)
+    if (regions[i] != kNoTable) weight[i] = tables_[regions[i]].warp(square.x[i], square.y[i]);
 }
 
-float GatherGuide::warp(std::uint32_t region, Vec2& u) const {
-  float weight = 1;
-  warp({&region, 1}, {&u.x, &u.y}, &weight);
-  return weight;
-}
+float GatherGuide::warp(std::uint32_t region, Vec2& u) const { return tables_[region].warp(u.x, u.y); }
 
 float GatherGuide::density(std::uint32_t region, Vec2 u) const {
   const auto& corner = tables_[region].density;

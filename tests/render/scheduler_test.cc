@@ -190,22 +190,6 @@ TEST(Scheduler, PortionsStayWithinUsefulMemory) {
   EXPECT_EQ(before, DensityEngine::kMaxPointsAtOnce);
 }
 
-TEST(Scheduler, PartsOfFewSamplesHaveSmallerPortions) {
-  const std::uint64_t room = std::uint64_t{16} << 30;
-  RenderSettings settings = settings_for(1280, 720, 16, 25);
-  settings.photons = 100'000;
-  const std::size_t whole = make_schedule(settings, room).queries_at_once;
-  settings.part = {1, 1};
-  EXPECT_EQ(make_schedule(settings, room).queries_at_once, whole);
-  settings.part = {3, 8};
-  const std::size_t of_two = make_schedule(settings, room).queries_at_once;
-  EXPECT_LT(of_two, whole);
-  settings.samples = 8 * 8;
-  EXPECT_EQ(make_schedule(settings, room).queries_at_once, of_two);
-  settings.samples = 8 * 16;
-  EXPECT_EQ(make_schedule(settings, room).queries_at_once, whole);
-}
-
 /// A film has room for so many ids.
 TEST(Scheduler, FilmsThatProcessesSendHoldAllIds) {
   RenderSettings settings = settings_for(1280, 720, 1000, 25);
