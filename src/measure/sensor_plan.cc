@@ -21,6 +21,8 @@ constexpr std::size_t kPilotSensors = 32;
 constexpr std::uint32_t kPilotPaths = 4096, kComparedPaths = 16384;
 /// Fewest and most paths of each sensor. Both are whole batches of powers of two, which random sequences fill evenly.
 constexpr std::uint32_t kLeastPaths = 2048, kMostPaths = 1u << 17;
+/// Fewest paths, and most of a pilot, where each has a photon map of its own: for light that no path finds.
+constexpr std::uint32_t kLeastMappedPaths = 256;
 /// Passes of a gathering pilot, and fewest and most of a measurement. A pass has so many rays of each sensor.
 constexpr std::uint32_t kPilotPasses = 4, kLeastPasses = 8, kMostPasses = 64, kRaysOfPass = 1024;
 /// Photons of a pass: one of so many gather rays, within bounds. Passes average the noise of their maps.
@@ -141,11 +143,14 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   const Stage stage{scene, tracer, std::make_shared<const PointGrid>(pilot_grid(grid)), wait, seconds};
   const double error = asked.noise_target > 0 ? asked.noise_target : kSensorError;
   const auto sensors = static_cast<double>(grid.normal.size());
+  const bool mapped = bends_delta_lights(*scene);
+  const std::uint32_t least = mapped ? kLeastMappedPaths : kLeastPaths;
   const auto pilot_paths = [&](std::uint32_t all) {
-    return stage.run(path_settings(asked, all / static_cast<std::uint32_t>(stage.grid->normal.size())));
+    const std::uint32_t each = all / static_cast<std::uint32_t>(stage.grid->normal.size());
+    return stage.run(path_settings(asked, mapped ? std::min(each, kLeastMappedPaths) : each));
   };
   Pilot paths = pilot_paths(kPilotPaths);
-  const auto all_paths = [&] { return samples_for(paths.variance, error, kLeastPaths, kMostPaths); };
+  const auto all_paths = [&] { return samples_for(paths.variance, error, least, kMostPaths); };
   const auto work_of_paths = [&] {
     return paths.work * sensors * std::max<double>(all_paths(), paths.variance / (error * error));
   };

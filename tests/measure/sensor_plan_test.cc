@@ -126,8 +126,12 @@ TEST(SlowSensorPlan, SeesTheSunThroughPanesByPaths) {
   place.grid = std::make_shared<const PointGrid>(sensor_grid(middle, false));
   const SensorPlan plan = place.plan();
   EXPECT_EQ(plan.settings.integrator, Integrator::path) << plan.reason;
+  // Each path has a photon map of its own, and some ten would do.
+  EXPECT_LE(plan.settings.samples, 256u);
+  const Measurement planned = place.measure(plan.settings);
   // With all reflections between the two panes.
   const double expected = sun * kTau * kTau / (1 - kRho * kRho);
+  EXPECT_NEAR(planned.irradiance[0].g, expected, (0.005 + 2 * planned.relative_error[0]) * expected);
   RenderSettings by_paths = plan.settings, by_photons;
   by_paths.photons = 200;
   by_photons.photons = 20'000;
