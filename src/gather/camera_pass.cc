@@ -42,6 +42,9 @@ struct BlockMemory {
   GatherPoints points;                  // the one or the other
   QueryPoints queries;
   VolumeSegments segments;
+  // Light of directional lights that a surface sample of each pixel finds, before shadow rays.
+  std::vector<UnoccludedLight> suns;
+  std::vector<std::uint32_t> sun_slots;
 };
 
 class BlockTracer {
@@ -76,10 +79,11 @@ class BlockTracer {
     for (std::uint32_t i = 0; settings_.fine && i < kSurfaceSamples; ++i) {
       sequence_ = CameraSequence(i);
       follow_paths(x0, y0);
+      add_suns();
     }
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
-  std::uint64_t shadow_rays() const { return walk_.shadow_rays; }
+  std::uint64_t shadow_rays() const { return walk_.shadow_rays + sun_rays_; }
 
  private:
   void follow_paths(int x0, int y0) {
@@ -168,7 +172,7 @@ class BlockTracer {
   /// A fast version of advance() for surfaces that only reflect diffusely, where no gather point is needed. Returns
   /// false for others.
   bool ends_on_diffuse(std::uint32_t slot, const Ray& ray, const Hit& hit) {
-    if (!sequence_.of_surface() && !as_queries_) return false;
+    if (sequence_.of_surface() ? takes_suns() : !as_queries_) return false;
     DiffusePoint point;
     if (!diffuse_vertex(tracer_.scene(), hit, point)) return false;
     if (sequence_.of_surface()) {
@@ -210,7 +214,8 @@ class BlockTracer {
 
   bool scatter(CameraPath& path, const Vertex& vertex, int bounce) {
     if (bounce == 0) record_surface(path, vertex);
-    // Surface samples see light through the specular lobes alone.
+    // Surface samples see light through the specular lobes, and that of directional lights.
+    if (takes_suns()) find_sun(path, vertex);
     if (sequence_.of_surface()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
     const float broad = broad_probability(vertex);
     if (broad >= 1 || path.sampler.next1() < broad) {
@@ -219,6 +224,33 @@ class BlockTracer {
     }
     path.throughput *= 1 / (1 - broad);
     return follow(path, vertex, bounce);
+  }
+
+  /// Whether this path finds the light of directional lights.
+  bool takes_suns() const { return settings_.suns && sequence_.of_surface(); }
+
+  /// Takes one of the directional lights as the sun of a vertex, with all lobes that are not smooth.
+  void find_sun(CameraPath& path, const Vertex& vertex) {
+    if (!takes_light_samples(vertex.bsdf)) return;
+    LightSample sample = sample_directional(tracer_.scene(), vertex.point.position, path.sampler.next1());
+    sample.pdf *= kSurfaceSamples;
+    UnoccludedLight light = reflected_light(sample, vertex, kAllLobes, kAllLobes);
+    if (is_black(light.radiance)) return;
+    light.radiance *= path.throughput;
+    memory_.suns.push_back(light);
+    memory_.sun_slots.push_back(path.slot);
+  }
+
+  /// Adds the suns that nothing hides.
+  void add_suns() {
+    const std::vector<RGB> passed = passed_shares(tracer_, memory_.suns);
+    for (std::size_t i = 0; i < passed.size(); ++i)
+      if (!is_black(passed[i]))
+        radiance_.add(radiance_.direct, memory_.sun_slots[i], memory_.suns[i].radiance * passed[i],
+                      memory_.suns[i].source);
+    sun_rays_ += passed.size();
+    memory_.suns.clear();
+    memory_.sun_slots.clear();
   }
 
   void record_surface(const CameraPath& path, const Vertex& vertex) {
@@ -257,7 +289,8 @@ class BlockTracer {
     if (takes_light_samples(vertex.bsdf)) {
       const LightSample sample = sample_light(scene, vertex, pair, u);
       const UnoccludedLight light = reflected_light(sample, vertex, kSharp, kSharp);
-      const bool is_apart = settings_.glints_apart && path.smooth && sample.delta;
+      const bool is_apart =
+          (settings_.glints_apart && path.smooth && sample.delta) || (settings_.suns && sample.is_directional());
       if (!is_black(light.radiance) && !is_apart)
         radiance_.add(radiance_.direct, path.slot, path.throughput * light.radiance * passed_share(tracer_, light),
                       light.source);
@@ -306,7 +339,7 @@ class BlockTracer {
   const bool crosses_media_, in_media_;
   const PathMedium camera_medium_;
   CameraSequence sequence_;
-  std::uint64_t rays_traced_ = 0;
+  std::uint64_t rays_traced_ = 0, sun_rays_ = 0;
 };
 
 /// Outputs of a pass other than its points.

@@ -13,9 +13,10 @@
 
 namespace glowworm {
 
-/// Surface samples of each camera sample: camera paths that find emission and albedo, but no gather points. They cost
-/// little, and textures, edges and lamps need more samples than light does. They follow the specular lobes of every
-/// surface, and at first both reflection and refraction, so that reflected lamps have little noise.
+/// Surface samples of each camera sample: camera paths that find emission, albedo and the light of directional lights,
+/// but no gather points. They cost little, and textures, edges, lamps and suns need more samples than other light. They
+/// follow the specular lobes of every surface, and at first both reflection and refraction, so that reflected lamps
+/// have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
 struct CameraPassSettings {
@@ -23,6 +24,9 @@ struct CameraPassSettings {
   std::uint32_t seed = 0;
   bool places = false;  ///< also fill FirstHit::triangle and barycentric
   bool fine = false;    ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
+  /// With `fine`: surface samples find the light of directional lights, in place of camera and light samples: a sun's
+  /// spots are often smaller than a pixel, and its glints always. Needs such a light.
+  bool suns = false;
   /// Leave out lights without size in rough specular lobes that the eye sees directly or by smooth lobes:
   /// sky_rays() finds these surfaces.
   bool glints_apart = false;
@@ -49,8 +53,9 @@ struct FirstHit {
 };
 
 /// Traces the camera samples of the tasks on all threads. Fills `radiance.emitted`, and adds to `radiance.direct` the
-/// lights reflected by rough specular lobes; both are resized. Neighbours in the order of gather points are close
-/// together in space. The result is the same for any number of threads.
+/// lights reflected by rough specular lobes, and directional lights with CameraPassSettings::suns; both are resized.
+/// Neighbours in the order of gather points are close together in space. The result is the same for any number of
+/// threads.
 GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                          const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
                          Statistics& statistics);

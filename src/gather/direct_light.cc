@@ -43,6 +43,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, const Di
       for (std::uint32_t n = 0; n < light_samples; ++n) {
         const LightSample sample = sample_light(scene, vertex.point.position, lights, u_light[n], {u_x[n], u_y[n]});
         if (sample.delta && !settings.delta_lights) continue;
+        if (sample.is_directional() && !settings.directional) continue;
         const UnoccludedLight l = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
                                                   [&](Vec3 w) { return density.weighing_pdf(w); });
         if (is_black(l.radiance)) continue;

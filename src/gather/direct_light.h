@@ -19,6 +19,7 @@ struct DirectLightSettings {
   std::uint32_t gather_rays = 0;       ///< that the final gather sends for the same light
   const GatherGuide* guide = nullptr;  ///< of these rays; null: none
   bool delta_lights = true;            ///< whether lights without size count
+  bool directional = true;             ///< whether directional lights count; the camera pass may have found them
 };
 
 /// Adds to radiance.direct the light that reaches the gather points directly from the lights. Runs on all threads

@@ -59,6 +59,7 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     camera_settings.fine = settings_.fine;
+    camera_settings.suns = finds_suns();
     camera_settings.glints_apart = !takes_delta_lights();
     camera_settings.photons_alone = settings_.query_points_alone;
     if (in_media()) camera_settings.segments = &memory_.segments;
@@ -168,10 +169,10 @@ class PassRenderer {
     if (!(tracer_.scene().light_power().total() > 0)) return;
     const bool rays_alone = settings_.kind == PassKind::gather_rays;
     if (settings_.direct && !rays_alone)
-      add_direct_light(
-          tracer_, points,
-          {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide, takes_delta_lights()},
-          out_.radiance, statistics_);
+      add_direct_light(tracer_, points,
+                       {settings_.seed, settings_.light_samples, settings_.gather, settings_.guide,
+                        takes_delta_lights(), !finds_suns()},
+                       out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone) {
       if (is_apart())
         add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.caustic, statistics_);
@@ -180,6 +181,12 @@ class PassRenderer {
     }
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
+  }
+
+  /// Whether surface samples take directional lights in place of light samples.
+  bool finds_suns() const {
+    return settings_.fine && settings_.direct && view_.camera && settings_.kind == PassKind::gather &&
+           settings_.light_samples > 0 && takes_delta_lights() && tracer_.scene().light_selector().has_directional();
   }
 
   /// Whether light samples take lights without size. Not for daylight coefficients, in whose scenes suns are lights of

@@ -252,6 +252,14 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
   return out;
 }
 
+LightSample sample_directional(const Scene& scene, Vec3 position, float u) {
+  const Choice choice = scene.light_selector().choose_directional(u);
+  LightSample out = sample_light_of(scene, choice.source, position, {});
+  out.pdf *= choice.probability;
+  out.source = choice.source;
+  return out;
+}
+
 float light_pdf(const Scene& scene, Vec3 position, const SurfacePoint& on_light) {
   const std::uint32_t source = scene.emissive_index(on_light.triangle);
   if (source == kNone) return 0;

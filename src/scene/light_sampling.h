@@ -1,5 +1,7 @@
 // Sampling light: towards a point (next-event estimation) and away from the lights (photons).
 #pragma once
+#include <cmath>
+
 #include "core/rgb.h"
 #include "core/vec.h"
 #include "scene/scene.h"
@@ -18,6 +20,8 @@ struct LightSample {
   Vec3 normal;                   ///< of the light there, unit, towards the point; (0,0,0) for a delta
   float offset = 0;              ///< distance from the light at which rays end or start (offset_origin()), metres
   std::uint32_t source = kNone;  ///< counted as in Scene::light_power()
+
+  bool is_directional() const { return delta && std::isinf(distance); }
 };
 
 /// Mean radiance of an emissive triangle at a point, over the rays that meet it and those for which it is absent.
@@ -34,6 +38,9 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
 /// The same for one source, counted as in Scene::light_power(): its pdf leaves out the choice. The point of a lamp
 /// depends on `u` alone.
 LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u);
+
+/// A sample of one of the directional lights, which exist, chosen by power. @param u in [0, 1)
+LightSample sample_directional(const Scene& scene, Vec3 position, float u);
 
 /// The density per steradian with which sample_light() at `position` samples the direction to `on_light`, a point of an
 /// emissive triangle.

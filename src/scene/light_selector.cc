@@ -50,7 +50,7 @@ LightSelector::LightSelector(const Geometry& geometry, std::span<const std::uint
                              std::span<const Emission> emissions, std::span<const Light> lights, std::size_t media,
                              std::span<const float> powers, float disc) {
   std::vector<LightBounds> near;
-  std::vector<float> far;
+  std::vector<float> far, directional;
   const std::size_t triangles = emissive_triangles.size();
   for (std::uint32_t source = 0; source < powers.size(); ++source) {
     const bool is_triangle = source < triangles, is_light = !is_triangle && source < triangles + lights.size();
@@ -69,11 +69,15 @@ LightSelector::LightSelector(const Geometry& geometry, std::span<const std::uint
       place_.push_back(static_cast<std::uint32_t>(far.size()) | kFar);
       far_source_.push_back(source);
       far.push_back(powers[source]);
+      if (!is_light || !(powers[source] > 0)) continue;
+      directional_source_.push_back(source);
+      directional.push_back(powers[source]);
     }
   }
   tree_ = LightTree(near);
   if (far.empty()) return;
   far_ = Distribution1D(far);
+  if (!directional.empty()) directional_ = Distribution1D(directional);
   if (disc > 0) far_irradiance_ = static_cast<float>(far_.total() / disc);
 }
 
@@ -82,6 +86,11 @@ float LightSelector::far_share(Vec3 position) const {
   const float near = tree_.irradiance(position);
   if (!(near > 0)) return 1;
   return std::clamp(far_irradiance_ / (far_irradiance_ + near), kMinShare, 1 - kMinShare);
+}
+
+LightSelector::Choice LightSelector::choose_directional(float u) const {
+  const Distribution1D::Sample sample = directional_.sample(u);
+  return {directional_source_[sample.index], sample.probability, sample.remapped};
 }
 
 LightSelector::Choice LightSelector::AtPoint::choose(float u) {

@@ -48,13 +48,17 @@ class LightSelector {
   /// The probability with which AtPoint::choose() returns that source.
   float probability(Vec3 position, std::uint32_t source) const;
 
+  bool has_directional() const { return !directional_source_.empty(); }
+  /// Chooses one of the directional lights by power. @param u in [0, 1)
+  Choice choose_directional(float u) const;
+
  private:
   float far_share(Vec3 position) const;
 
   LightTree tree_;
-  Distribution1D far_;
-  float far_irradiance_ = 0;                             // W m^-2
-  std::vector<std::uint32_t> near_source_, far_source_;  // sources in the tree's and in far_'s order
+  Distribution1D far_, directional_;
+  float far_irradiance_ = 0;                                                  // W m^-2
+  std::vector<std::uint32_t> near_source_, far_source_, directional_source_;  // sources in the order of these
   std::vector<std::uint32_t> place_;  // index of each source in the tree or, with kFar set, in far_; kNone for media
   static constexpr std::uint32_t kFar = 0x80000000u;
 };

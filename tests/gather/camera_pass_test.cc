@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 
 #include "builtin/builtin.h"
 #include "core/parallel.h"
+#include "gather/direct_light.h"
 #include "gather/final_gather.h"
 #include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
@@ -159,6 +161,70 @@ TEST(SurfaceSamples, SeeReflectionsWithoutNoise) {
       EXPECT_GT(emitted.g, 3);
       EXPECT_NEAR(emitted.g, seen.radiance.fine_emitted[0].g, 0.02f * emitted.g);
     }
+  }
+}
+
+Light directional(Vec3 direction, RGB irradiance) {
+  Light light;
+  light.kind = LightKind::directional;
+  light.direction = normalize(direction);
+  light.intensity = irradiance;
+  return light;
+}
+
+/// Surface samples bring the light of two suns that light samples bring, on diffuse, rough and coated surfaces, beside
+/// a board and its shadow, with less noise. Each surface has as many pixels as the others.
+TEST(SurfaceSamples, FindTheLightOfDirectionalLights) {
+  constexpr int kSide = 24, kSamples = 256;
+  constexpr std::uint32_t kLightSamples = 2;
+  SceneDescription d;
+  for (const MaterialKind kind : {MaterialKind::diffuse, MaterialKind::conductor, MaterialKind::coated_diffuse}) {
+    Material material;
+    material.kind = kind;
+    material.reflectance.value = RGB(0.5f);
+    material.roughness_u.value = material.roughness_v.value = 0.2f;
+    d.materials.push_back(material);
+  }
+  for (std::uint32_t i = 0; i < 3; ++i) add_quad(d, {-3 + 2 * static_cast<float>(i), -9, 0}, {2, 0, 0}, {0, 18, 0}, i);
+  add_quad(d, {-9, 1, 0.5f}, {18, 0, 0}, {0, 1, 0}, 0);
+  d.lights = {directional({0.1f, 0.2f, -1}, {3, 2, 1}), directional({-0.2f, -0.3f, -1}, {0.1f, 0.2f, 0.3f})};
+  d.cameras.push_back(look_at({0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 53));
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  Statistics statistics;
+  const auto direct_of = [&](bool suns) {
+    CameraPassSettings settings;
+    settings.width = settings.height = kSide;
+    settings.fine = true;
+    settings.suns = suns;
+    Seen seen;
+    const GatherPoints points = camera_pass(tracer, scene.camera(""), CameraTask{0, 0, kSide, kSide, 0, kSamples},
+                                            settings, seen.radiance, seen.first_hit, statistics);
+    DirectLightSettings direct;
+    direct.light_samples = kLightSamples;
+    direct.gather_rays = 1;
+    direct.directional = !suns;
+    add_direct_light(tracer, points, direct, seen.radiance, statistics);
+    return seen.radiance.direct;
+  };
+  struct Spread {
+    double sum = 0, squares = 0;
+    double mean() const { return sum / (kSide * kSide / 3 * kSamples); }
+  };
+  std::array<std::array<Spread, 3>, 2> found{};
+  for (const bool suns : {false, true}) {
+    const std::vector<RGB> direct = direct_of(suns);
+    for (std::size_t i = 0; i < direct.size(); ++i) {
+      Spread& spread = found[suns][i % kSide / (kSide / 3)];
+      spread.sum += luminance(direct[i]);
+      spread.squares += double{luminance(direct[i])} * luminance(direct[i]);
+    }
+  }
+  for (int surface = 0; surface < 3; ++surface) {
+    const Spread &samples = found[0][surface], &suns = found[1][surface];
+    EXPECT_GT(samples.mean(), 0.05);
+    EXPECT_NEAR(suns.mean(), samples.mean(), 0.01 * samples.mean()) << "surface " << surface;
+    EXPECT_LT(suns.squares, samples.squares) << "surface " << surface;
   }
 }
 
