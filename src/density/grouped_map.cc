@@ -3,14 +3,12 @@
 #include <numeric>
 
 #include "core/parallel.h"
+#include "core/pieces.h"
 #include "density/shading.h"
 
 namespace glowworm {
 
 namespace {
-
-/// Targets of a piece of parallel work.
-constexpr std::size_t kTargetsAtOnce = 8;
 
 /// Points in the order of their targets: target t has order[first[t]] to order[first[t + 1] - 1].
 struct PointsOfTargets {
@@ -83,7 +81,8 @@ void GroupedMap::add(const QueryPoints& points, std::span<std::vector<RGB>> ligh
   statistics.add(Counter::query_points, points.size());
   if (index_.size() == 0 || light.empty()) return;
   const PointsOfTargets of(points, light.front().size());
-  parallel_for(0, light.front().size(), kTargetsAtOnce, [&](std::size_t first, std::size_t last) {
+  const std::size_t targets = light.front().size();
+  parallel_for(0, targets, even_grain(targets), [&](std::size_t first, std::size_t last) {
     GroupWorker worker(index_, group_of_place_, points, light);
     for (std::size_t i = of.first[first]; i < of.first[last]; ++i) worker.add(of.order[i]);
     statistics.add(Counter::shader_operations, worker.counts.evaluated);

@@ -5,12 +5,9 @@
 #include <limits>
 
 #include "core/parallel.h"
+#include "core/pieces.h"
 
 namespace glowworm {
-
-namespace {
-constexpr std::size_t kGrain = 256;
-}  // namespace
 
 QueryRadii::QueryRadii(const PhotonBatch& photons, const RadiusPolicy& policy)
     : kind_(policy.kind), kernel_(policy.kernel), min_normal_cosine_(policy.min_normal_cosine) {
@@ -49,7 +46,7 @@ float QueryRadii::radius_at(Vec3 x, Vec3 normal, std::span<std::uint64_t> found)
 std::vector<float> QueryRadii::at(const QueryPoints& points, std::span<const RGB> radiance) const {
   std::vector<float> out(points.size(), kind_ == RadiusKind::fixed ? radius_ : 0.0f);
   if (kind_ == RadiusKind::fixed) return out;
-  parallel_for(0, out.size(), kGrain, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, out.size(), even_grain(out.size()), [&](std::size_t first, std::size_t last) {
     std::vector<std::uint64_t> found(std::min<std::size_t>(sought_, places_.size()));
     for (std::size_t i = first; i < last; ++i)
       if (!is_black(radiance[i])) out[i] = radius_at(points.position[i], points.normal[i], found);

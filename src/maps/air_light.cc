@@ -9,6 +9,7 @@
 #include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "core/part_queue.h"
+#include "core/pieces.h"
 #include "transport/medium.h"
 
 namespace glowworm {
@@ -17,7 +18,7 @@ namespace {
 
 /// Points that are looked up together: they fit the second-level cache, and their photons a few megabytes.
 constexpr std::size_t kPointsAtOnce = 4096;
-constexpr std::size_t kSegmentsPerChunk = 4096, kPointsPerChunk = 32;
+constexpr std::size_t kSegmentsPerChunk = 4096;
 /// The largest radius over the one of evenly spread photons, as for photons on surfaces.
 constexpr float kMostOfEven = 4;
 /// Places of a disc that tell which part of it a point sees.
@@ -63,13 +64,13 @@ class Lookup {
     const std::size_t enough = 2 * (std::size_t{light_.nearest} + 1);
     for (std::size_t stride = std::bit_floor(std::max<std::size_t>(light_.segments.size() / enough, 1));; stride /= 2) {
       find_crossings(stride);
-      parallel_for_each(points_.size(), kPointsPerChunk, [&](std::size_t i) { keep_nearest(i); });
+      parallel_for_each(points_.size(), even_grain(points_.size()), [&](std::size_t i) { keep_nearest(i); });
       if (stride == 1) return;
     }
   }
 
   void add(SlotRadiance& radiance, std::vector<RGB>& part, Statistics& statistics) const {
-    parallel_for(0, points_.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, points_.size(), even_grain(points_.size()), [&](std::size_t first, std::size_t last) {
       std::uint64_t rays = 0;
       for (std::size_t i = first; i < last; ++i) rays += add(i, radiance, part);
       statistics.add(Counter::occlusion_rays, rays);

@@ -11,6 +11,7 @@
 #include "core/archive.h"
 #include "core/frame.h"
 #include "core/parallel.h"
+#include "core/pieces.h"
 #include "core/random.h"
 #include "kernels/kernel_shape.h"
 #include "maps/boundary_clusters.h"
@@ -28,7 +29,6 @@ namespace {
 /// point has more, because the error of its mass is an error of its estimate, where the errors of many photons average
 /// out.
 constexpr float kFirstLines = 8, kAllLines = 32, kLinesOfQuery = 64;
-constexpr std::size_t kQueriesPerChunk = 256;
 /// Photons of a piece of shared work, about a tenth of a second of a core, and most pieces.
 constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 /// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
@@ -342,7 +342,7 @@ class Factors {
     }
     const std::vector<BoundaryCluster>& clusters = all_->clusters;
     const std::size_t first = clusters.size() * piece / pieces, end = clusters.size() * (piece + 1) / pieces;
-    parallel_for(first, end, kClustersPerChunk, [&](std::size_t from, std::size_t to) {
+    parallel_for(first, end, even_grain(end - first), [&](std::size_t from, std::size_t to) {
       const Kernels kernels{photons_.position, photons_.normal, radii_, policy_.kernel, policy_.min_normal_cosine};
       ClusterMass mass(tracer_, kernels, points_);
       for (std::size_t i = from; i < to; ++i) {
@@ -447,14 +447,13 @@ void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::spa
                        KernelShape kernel, std::span<RGB> radiance) {
   const std::vector<LinePoint> lines = make_line_points();
   const std::span<const Vec3> positions = points.position, normals = points.normal;
-  parallel_for(0, points.size(), kQueriesPerChunk, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, points.size(), even_grain(points.size()), [&](std::size_t first, std::size_t last) {
     const std::size_t count = last - first;
     ClusterMass mass(tracer,
                      {positions.subspan(first, count), normals.subspan(first, count), radii.subspan(first, count),
                       kernel, kMinNormalCosine},
                      lines);
-    std::array<float, kQueriesPerChunk> factors;
-    factors.fill(1);
+    std::vector<float> factors(count, 1.0f);
     for (std::uint32_t i = 0; i < count; ++i) {
       RGB& estimate = radiance[first + i];
       if (!(radii[first + i] > 0) || is_black(estimate)) continue;

@@ -5,6 +5,7 @@
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
+#include "core/pieces.h"
 #include "density/kd_tree.h"
 
 namespace glowworm {
@@ -17,7 +18,6 @@ constexpr std::uint32_t kLeafSize = 48;
 constexpr float kLikeNormal = 0.9f;
 /// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
 constexpr float kClusterFlatness = 1e-4f;
-constexpr std::size_t kLeafGrain = 64;
 
 void set_rounding(BoundaryCluster& c) {
   const float rounding = position_rounding(c.center);
@@ -108,14 +108,13 @@ BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<co
   std::vector<KdNode> leaves;
   for (const KdNode& node : tree.nodes)
     if (node.is_leaf()) leaves.push_back(node);
-  const std::size_t pieces = (leaves.size() + kLeafGrain - 1) / kLeafGrain;
-  std::vector<std::vector<BoundaryCluster>> found(pieces);
+  const std::size_t grain = even_grain(leaves.size());
+  std::vector<std::vector<BoundaryCluster>> found((leaves.size() + grain - 1) / grain);
   const Clusterer clusterer(photons, radii);
-  parallel_for(0, pieces, 1, [&](std::size_t piece, std::size_t) {
-    const std::size_t end = std::min((piece + 1) * kLeafGrain, leaves.size());
-    for (std::size_t i = piece * kLeafGrain; i < end; ++i)
+  parallel_for(0, leaves.size(), grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
       clusterer.cut(std::span(result.photons).subspan(leaves[i].first(), leaves[i].count), leaves[i].first(),
-                    found[piece]);
+                    found[first / grain]);
   });
   for (const auto& some : found) result.clusters.insert(result.clusters.end(), some.begin(), some.end());
   return result;

@@ -11,8 +11,6 @@ namespace glowworm {
 
 /// Clusters have no greater wideness; wider ones are split into single photons, whose wideness is 1.
 inline constexpr float kWidestCluster = 12;
-/// Clusters in a piece of parallel work.
-inline constexpr std::size_t kClustersPerChunk = 64;
 
 /// Neighbouring photons with similar normals, which share their lines.
 struct BoundaryCluster {

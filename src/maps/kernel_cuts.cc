@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <optional>
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
+#include "core/pieces.h"
 
 namespace glowworm {
 
@@ -138,24 +140,24 @@ void sort_cuts(std::vector<PhotonCuts>& cuts) {
 
 std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii) {
   const BoundaryClusters all = make_boundary_clusters(photons, radii);
-  const std::size_t chunks = (all.clusters.size() + kClustersPerChunk - 1) / kClustersPerChunk;
-  std::vector<std::vector<PhotonCuts>> found(chunks);
-  parallel_for(0, chunks, 1, [&](std::size_t chunk, std::size_t) {
+  std::vector<PhotonCuts> out;
+  std::mutex mutex;
+  parallel_for(0, all.clusters.size(), even_grain(all.clusters.size()), [&](std::size_t first, std::size_t last) {
+    std::vector<PhotonCuts> found;
     NearbySurface surface(tracer);
     NearbyWalls walls;
-    const std::size_t end = std::min((chunk + 1) * kClustersPerChunk, all.clusters.size());
-    for (std::size_t i = chunk * kClustersPerChunk; i < end; ++i) {
+    for (std::size_t i = first; i < last; ++i) {
       const BoundaryCluster& cluster = all.clusters[i];
       surface.approach(cluster);
       walls.find(surface, cluster);
       if (walls.empty()) continue;
       for (const std::uint32_t p : std::span(all.photons).subspan(cluster.first, cluster.count))
         add_cuts(p, walls.cuts(surface.frame().to_local(photons.position[p] - cluster.center), radii[p]),
-                 surface.frame(), found[chunk]);
+                 surface.frame(), found);
     }
+    const std::lock_guard lock(mutex);
+    out.insert(out.end(), found.begin(), found.end());
   });
-  std::vector<PhotonCuts> out;
-  for (const auto& some : found) out.insert(out.end(), some.begin(), some.end());
   sort_cuts(out);
   return out;
 }

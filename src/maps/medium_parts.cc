@@ -8,6 +8,7 @@
 #include "core/box.h"
 #include "core/frame.h"
 #include "core/parallel.h"
+#include "core/pieces.h"
 #include "core/random.h"
 #include "scene/placed_box.h"
 #include "transport/medium.h"
@@ -22,7 +23,6 @@ constexpr std::size_t kRaysOfKernel = 8;
 constexpr float kLeastShare = 0.125f;
 /// Cells along the longest side of the grid that finds the kernels far from all boundaries.
 constexpr float kMostCells = 64;
-constexpr std::size_t kCellGrain = 256, kKernelGrain = 512;
 
 bool passes_any(const ColorInput& input) { return input.texture != kNone || !is_black(input.value); }
 bool passes_any(const FloatInput& input) { return input.texture != kNone || input.value > 0; }
@@ -110,7 +110,7 @@ class Tubes {
  public:
   Tubes(const VolumeBeams& beams, const BeamPieces& pieces, float scale)
       : beams_(beams), pieces_(pieces), scale_(scale), beam_(pieces.radii.size()) {
-    parallel_for_each(beams.size(), kKernelGrain, [&](std::size_t i) {
+    parallel_for_each(beams.size(), even_grain(beams.size()), [&](std::size_t i) {
       std::fill(beam_.begin() + pieces.first[i], beam_.begin() + pieces.first[i + 1], static_cast<std::uint32_t>(i));
     });
   }
@@ -163,7 +163,7 @@ class NearCells {
         largest = std::max(largest, kernels.reach(i));
       }
     near_.resize(reach.size());
-    parallel_for_each(reach.size(), kCellGrain, [&](std::size_t i) {
+    parallel_for_each(reach.size(), even_grain(reach.size()), [&](std::size_t i) {
       if (!(reach[i] > 0)) return;
       const Vec3 at{static_cast<float>(i % count_[0]), static_cast<float>(i / count_[0] % count_[1]),
                     static_cast<float>(i / count_[0] / count_[1])};
@@ -248,7 +248,7 @@ std::vector<float> factors_of(const Tracer& tracer, const Kernels& kernels) {
   if (factor.empty()) return factor;
   const NearCells cells(tracer, kernels);
   const PartInMedium part(tracer);
-  parallel_for_each(kernels.size(), kKernelGrain, [&](std::size_t i) {
+  parallel_for_each(kernels.size(), even_grain(kernels.size()), [&](std::size_t i) {
     if (!kernels.counts(i)) return;
     const Vec3 middle = kernels.middle(i);
     const std::uint32_t medium = kernels.medium(i);

@@ -89,6 +89,7 @@ TEST(Scheduler, AWholeImageComesFirstAndAllSamplesInTheEnd) {
   for (const int side : {16, 200, 2000}) {
     RenderSettings settings = settings_for(side, side, 100, 25);
     settings.engine = "reverse";
+    settings.photons = 500'000;
     const Schedule schedule = make_schedule(settings, std::uint64_t{1} << 30);
     EXPECT_EQ(samples_of_pass(schedule, settings, 0), 1u);
     std::uint32_t done = 0, passes = 0;
