@@ -68,6 +68,37 @@ std::size_t slice_to_resume(const std::string& file, const std::vector<RenderSet
   return i;
 }
 
+/// Learns what moments with the light of the first one are guided by, in the scene at that moment: once, and only where
+/// more than the camera moves.
+int learn_guides(RenderOptions o, Opened& shown, Sequence& sequence, OutputFiles& files, TevStream& tev, Kept& kept) {
+  const bool learns = sequence.changes() && o.settings.integrator != Integrator::path;
+  if (!learns || kept.guides || !sequence.starts_lit()) return 0;
+  const LitScene& lit = sequence.scene_at({0, 0});
+  shown.scene = lit.scene;
+  shown.tracer = lit.tracer;
+  sequence.set_moment({0, 0}, o.settings);
+  o.settings.only_maps = true;
+  o.resume.clear();
+  const int status = render_picture(o, shown, files, tev, nullptr, &kept, Purpose::maps);
+  shown.load_s = shown.build_s = 0;
+  if (status == 0) kept.guides = *kept.maps;
+  return status;
+}
+
+/// Makes what is kept fit another scene than that of the job before.
+/// @param begins whether the job is the first of its picture
+void change_scene(const LitScene& lit, bool begins, Kept& kept) {
+  const bool is_guided = lit.as_at_first && kept.guides;
+  if (begins && !is_guided) kept.maps.reset();
+  if (!kept.maps) return;
+  JobGuides learned = is_guided ? *kept.guides : JobGuides();
+  if (!begins) {
+    learned.numbers = kept.maps->numbers;
+    learned.photon_variance = kept.maps->photon_variance;
+  }
+  kept.maps->change_scene(std::move(learned));
+}
+
 /// Renders one frame, or one picture with motion blur: each slice of time adds its samples to the film.
 /// @param o of the frame @param shown the scene that `kept` is of, and then the last one
 /// @param purpose of the frame: picture or light
@@ -94,10 +125,11 @@ int render_moments(RenderOptions o, Opened& shown, Sequence& sequence, std::uint
   }
   shown.start = Clock::now();
   const std::size_t first = slice_to_resume(o.resume, ranges);
+  if (const int status = learn_guides(o, shown, sequence, files, tev, kept); status != 0) return status;
   for (std::size_t i = first; i < rendered.size(); ++i) {
     const LitScene& lit = sequence.scene_at(rendered[i]);
     if (shown.scene != lit.scene) {
-      i == first ? kept.maps.reset() : kept.maps->forget_scene();
+      change_scene(lit, i == first, kept);
       shown.scene = lit.scene;
       shown.tracer = lit.tracer;
     }

@@ -115,22 +115,25 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   const bool helps = ranks && ranks->rank() > 0;
   std::optional<Checkpoint> checkpoint;
   // All ranks continue with its numbers of photons and rays. Of the slices of time, the first continues.
-  if (!o.resume.empty() && !(kept && kept->maps))
+  if (!o.resume.empty() && !(kept && std::exchange(kept->is_resumed, true)))
     checkpoint =
         helps ? read_key_of_checkpoint(o.resume) : read_checkpoint(o.resume, o.settings.disk, o.settings.memory_bytes);
   if (checkpoint && !helps)
     inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
-  Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {0, rehearsal}, nullptr, ranks,
-          kept ? kept->maps : nullptr);
+  const std::shared_ptr<const Statistics> learning = kept ? std::exchange(kept->learning, nullptr) : nullptr;
+  const double spent_s = learning ? learning->seconds(Phase::total) : 0;
+  Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {spent_s, rehearsal}, nullptr,
+          ranks, kept ? kept->maps : nullptr);
   checkpoint.reset();
   if (helps) {
     help_rank_0(job);
     return 0;
   }
+  if (learning) job.statistics().add(*learning);
   job.statistics().add_time(Phase::load, opened.load_s);
   job.statistics().add_time(Phase::build_accel, opened.build_s);
-  if (!kept || !kept->maps) {
+  if (purpose != Purpose::maps && !(kept && std::exchange(kept->is_described, true))) {
     inform(describe(o.table.settings, job.settings(), *opened.scene));
     for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
     for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
@@ -139,6 +142,13 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
                                             {{1, [&] { keep_checkpoint(o, job, files, purpose == Purpose::slice); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
+  if (purpose == Purpose::maps && !failure && job.ending() == Ending::samples_done) {
+    kept->maps = job.maps();
+    auto learned = std::make_shared<Statistics>();
+    learned->add(job.statistics());
+    kept->learning = std::move(learned);
+    return 0;
+  }
   if (purpose == Purpose::slice && !failure && job.ending() == Ending::samples_done) {
     kept->maps = job.maps_for_next_slice();
     return 0;

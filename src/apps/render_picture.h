@@ -42,14 +42,18 @@ struct BlurGoal {
 
 /// What a job leaves to later ones.
 struct Kept {
-  std::optional<BlurGoal> goal;             ///< of the picture that the jobs render
-  std::shared_ptr<JobMaps> maps;            ///< null: none
-  std::shared_ptr<const FrameLight> light;  ///< of a frame, if any uses light again
+  std::optional<BlurGoal> goal;                ///< of the picture that the jobs render
+  std::shared_ptr<JobMaps> maps;               ///< null: none
+  std::optional<JobGuides> guides;             ///< of all moments with the light of the first, if things or lamps move
+  std::shared_ptr<const Statistics> learning;  ///< of the job that made `guides`, for those of the next picture
+  bool is_resumed = false;                     ///< whether a job went on from the checkpoint of --resume
+  bool is_described = false;                   ///< whether the user knows what is rendered
+  std::shared_ptr<const FrameLight> light;     ///< of a frame, if any uses light again
 };
 
 /// What becomes of the samples of a job that does not end early: a picture, those of a picture's next slice of time, or
-/// the light of a frame alone.
-enum class Purpose { picture, slice, light };
+/// the light of a frame alone. For maps there are none (RenderSettings::only_maps).
+enum class Purpose { picture, slice, light, maps };
 
 /// Renders one picture, and returns the exit status.
 /// @param ranks that share the work; null: this process alone

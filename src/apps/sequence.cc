@@ -177,6 +177,7 @@ Sequence::Sequence(const SequenceOptions& options, std::shared_ptr<const Scene> 
     if ((m.slice > 0) == !options.is_given()) names.push_back(m.camera());
   }
   guides_ = guide_cameras(names);
+  keeps_paths_ = keeps_paths();
 }
 
 bool Sequence::lit_alike(FrameMoment a, FrameMoment b) const {
@@ -204,6 +205,7 @@ void Sequence::set_moment(FrameMoment moment, RenderSettings& settings) const {
   settings.camera = moment.camera();
   settings.guide_cameras = guides_;
   settings.frame = moment.frame;
+  settings.scene_moves = keeps_paths_ && moment.slice == 0;
   if (moment.slice == 0) return;
   settings.slice = {moment.slice, timing_.slices};
   const FrameMoment first{moment.frame, 1};
@@ -213,22 +215,58 @@ void Sequence::set_moment(FrameMoment moment, RenderSettings& settings) const {
   settings.photon_stream = still ? 0 : moment.slice;
 }
 
-const LitScene& Sequence::scene_at(FrameMoment moment) {
+bool Sequence::changes() const {
+  return moves() || std::any_of(frames_.begin(), frames_.end(), [&](const FrameOfSequence& frame) {
+           return !(frame.lights == frames_.front().lights);
+         });
+}
+
+LitScene Sequence::open_lit(FrameMoment moment) const {
   const std::vector<LightEdit>& lights = frames_[index(moment)].lights;
-  if (lit_.scene && lit_alike(moment, shown_)) return lit_;
-  lit_ = {};
   const std::shared_ptr<const Scene> unlit = moves() ? open_at_(timing_.seconds(moment)) : scene_;
   const bool edited = std::any_of(lights.begin(), lights.end(), [](const LightEdit& e) { return !(e == LightEdit()); });
   const LightRig rig(unlit);
   const std::shared_ptr<const Scene> lit = edited ? rig.edited(rig.edits_of(LightRig(scene_), lights)) : unlit;
-  if (!(lit->light_power().total() > 0))
-    throw Error(fmt::format("no light is on in frame {}", moment.frame), "Leave one on in each frame of the script.");
   SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};
   for (const FrameOfSequence& frame : frames_) edit.more_cameras.push_back(frame.camera);
-  lit_.scene = std::make_shared<const Scene>(*lit, std::move(edit));
-  lit_.tracer = std::make_shared<const Tracer>(*lit_.scene);
+  edit.lit_as = first_powers_;
+  LitScene out;
+  out.scene = std::make_shared<const Scene>(*lit, std::move(edit));
+  out.as_at_first = first_powers_ && first_powers_->are_as(out.scene->source_powers());
+  return out;
+}
+
+const LitScene& Sequence::show(FrameMoment moment) {
+  if (lit_.scene && lit_alike(moment, shown_)) return lit_;
+  lit_ = {};
+  if (changes() && !first_powers_) {
+    lit_ = open_lit({0, 0});
+    first_powers_ = lit_.scene->light_powers();
+    lit_.as_at_first = true;
+    if (!lit_alike(moment, {0, 0})) lit_ = {};
+  }
+  if (!lit_.scene) lit_ = open_lit(moment);
+  lit_.tracer = std::make_shared<const Tracer>(*lit_.scene, changes() ? TieRule::number : TieRule::structure);
   shown_ = moment;
   return lit_;
+}
+
+bool Sequence::starts_lit() {
+  if (!starts_lit_) starts_lit_ = show({0, 0}).scene->light_power().total() > 0;
+  return *starts_lit_;
+}
+
+bool Sequence::keeps_paths() const {
+  return changes() && std::any_of(numbers_.begin(), numbers_.end(), [&](std::uint32_t number) {
+           return number > 0 && moments(number).front().slice == 0;
+         });
+}
+
+const LitScene& Sequence::scene_at(FrameMoment moment) {
+  const LitScene& lit = show(moment);
+  if (!(lit.scene->light_power().total() > 0))
+    throw Error(fmt::format("no light is on in frame {}", moment.frame), "Leave one on in each frame of the script.");
+  return lit;
 }
 
 float Sequence::exposure(const RenderSettings& settings) {

@@ -41,6 +41,7 @@ std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std
 struct LitScene {
   std::shared_ptr<const Scene> scene;  ///< has the cameras of all moments, FrameMoment::camera()
   std::shared_ptr<const Tracer> tracer;
+  bool as_at_first = false;  ///< all lights have the power of the first moment
 };
 
 /// The frames that the options ask for, or one picture with motion blur, and the scene that each shows.
@@ -61,6 +62,12 @@ class Sequence {
   std::vector<FrameMoment> moments(std::uint32_t number) const;
   /// Whether a frame may use light of another: only the camera differs, and neither has motion blur.
   bool shares_light(std::uint32_t number, std::uint32_t other) const;
+  /// Whether lights, or other things than the camera, differ between moments.
+  bool changes() const;
+  /// Whether a light is on at the first moment.
+  bool starts_lit();
+  /// Whether a frame without motion blur may keep light paths of another moment.
+  bool keeps_paths() const;
   /// Makes these the settings of a moment.
   void set_moment(FrameMoment moment, RenderSettings& settings) const;
   /// The scene at a moment: the same object as for the last call if nothing but the camera moves.
@@ -74,6 +81,10 @@ class Sequence {
   std::size_t index(FrameMoment m) const { return m.frame * std::size_t{1 + timing_.slice_count()} + m.slice; }
   /// Whether lights, or other things than the camera, differ between two moments.
   bool lit_alike(FrameMoment a, FrameMoment b) const;
+  /// The scene at a moment, with the cameras of all moments.
+  LitScene open_lit(FrameMoment moment) const;
+  /// As scene_at(), though no light may be on.
+  const LitScene& show(FrameMoment moment);
 
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const SceneMotion> motion_;
@@ -82,7 +93,10 @@ class Sequence {
   std::vector<FrameOfSequence> frames_;  // of timing_.moments()
   std::vector<std::string> guides_;
   std::vector<std::uint32_t> numbers_;
-  FrameMoment shown_;  // of lit_
+  std::optional<LightPowers> first_powers_;  // once they are known, if anything changes
+  std::optional<bool> starts_lit_;           // once it is known
+  bool keeps_paths_ = false;                 // keeps_paths()
+  FrameMoment shown_;                        // of lit_
   LitScene lit_;
 };
 

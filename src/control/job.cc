@@ -127,8 +127,10 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       ranks_(std::move(ranks)) {
   for (const std::string& name : settings_.guide_cameras) guide_cameras_.push_back(&scene_->camera(name));
   // Photons in media take an index of their own.
-  const bool has_room =
-      scene_->media().empty() || (!disk_ && 2 * bytes_of(settings_, batches(), false) <= settings_.memory_bytes);
+  const std::uint64_t arrays = bytes_of(settings_, batches(), false);
+  if (settings_.scene_moves && !settings_.progressive && !disk_ && arrays < settings_.memory_bytes)
+    most_kept_bytes_ = (settings_.memory_bytes - arrays) / 4;
+  const bool has_room = scene_->media().empty() || (!disk_ && 2 * arrays <= settings_.memory_bytes);
   const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || has_room;
   measures_photon_noise_ =
       !points_ && !settings_.progressive && settings_.part.index <= 1 && (chooses || (states && !helps(ranks_)));
@@ -194,12 +196,9 @@ std::shared_ptr<JobMaps> Job::maps_for_next_slice() const {
   return made_;
 }
 
-void JobMaps::forget_scene() {
+void JobMaps::change_scene(JobGuides learned) {
   maps.forget();
-  guide.reset();
-  importance.reset();
-  gather_guide = GatherGuide();
-  has_gather_guide = false;
+  static_cast<JobGuides&>(*this) = std::move(learned);
 }
 
 Film Job::snapshot() const {
@@ -376,6 +375,11 @@ void Job::render_passes() {
   // Other processes measure other times.
   const bool alone = !crew_ && !shared_ && settings_.part.is_all();
   if (settings_.integrator != Integrator::path && first_pass == 0 && owns_maps_ && alone) fit_to_time();
+  if (settings_.only_maps) {
+    prepare(first_pass);
+    ending_ = Ending::samples_done;
+    return;
+  }
   const bool adaptive = is_adaptive(settings_);
   // The checkpoint may have been written after the last pass but before its noise test.
   if (first_pass > 0 && !adaptive && film_.is_even() && reached_noise_target()) return;

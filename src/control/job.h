@@ -41,23 +41,27 @@ struct ChosenNumbers {
   std::uint32_t nearest = 0, gather = 0, light_samples = 0;
 };
 
-/// The photons of a render, what guides them and the gather rays, and samples.
-struct JobMaps {
+/// What a render learns of the scene: the same for all frames of a sequence.
+struct JobGuides {
   std::shared_ptr<const EmissionGuide> guide;
   std::shared_ptr<const PhotonImportance> importance;
   GatherGuide gather_guide;
   bool has_gather_guide = false;
   float fixed_radius = 0;  ///< with RenderSettings::fixed_radius, if it is automatic: metres; 0: not yet known
-  PhotonMaps maps;
   std::optional<ChosenNumbers> numbers;  ///< of all frames of a sequence, once its first has chosen them
   /// Job::photon_variance() of all frames of a sequence, or of all slices of time of a picture, once it is measured.
   std::optional<double> photon_variance;
+};
+
+/// The photons of a render, what guides them and the gather rays, and samples.
+struct JobMaps : JobGuides {
+  PhotonMaps maps;
   std::optional<Film> rows;                   ///< finished samples that the next Job starts with; it takes them out
   std::shared_ptr<const Statistics> earlier;  ///< of the Jobs that made `rows`, if they are of the same picture
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
-  /// Forgets what depends on the scene: the next Job has another.
-  void forget_scene();
+  /// Forgets the photons: the next Job has another moment of the scene. @param learned what it is guided by
+  void change_scene(JobGuides learned);
 };
 
 class Job;
@@ -87,7 +91,8 @@ class Job {
   /// settings take the size of the grid, and their bounds, if not empty, are a part of it
   /// @param ranks   share the work: rank 0 has the picture, the others compute for it
   /// @param maps    of another Job that is destroyed, over the same scene and points with the same settings but for
-  /// their bounds, or but for the camera and the frame of a sequence (RenderSettings::guide_cameras); null: new ones
+  /// their bounds, or but for the camera and the frame of a sequence (RenderSettings::guide_cameras); over another
+  /// moment of the scene after JobMaps::change_scene(); null: new ones
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
       const Checkpoint* resume = nullptr, JobTime time = {}, std::shared_ptr<const PointGrid> points = nullptr,
       std::shared_ptr<Ranks> ranks = nullptr, std::shared_ptr<JobMaps> maps = nullptr);
@@ -277,7 +282,8 @@ class Job {
   std::atomic<double> work_done_{0}, photon_variance_{0};
   std::uint64_t scene_bytes_ = 0, earlier_peak_ = 0;
   std::atomic<std::uint64_t> tasks_{0}, photon_map_bytes_{0}, query_point_bytes_{0};
-  bool owns_maps_;  // false: another Job made them
+  std::uint64_t most_kept_bytes_ = 0;  // of light paths, for another moment of the scene
+  bool owns_maps_;                     // false: another Job made them
   std::shared_ptr<JobMaps> made_;
   std::unique_ptr<ShareFolder> shared_;  // null: photons are not shared
   PassMemory memory_;

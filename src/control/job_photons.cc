@@ -55,6 +55,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.narrow = s.place_layers().values.has(SlotValue::bias);
   wanted.sampled = measures_photon_noise_;
   wanted.kept = false;
+  wanted.most_kept_bytes = most_kept_bytes_;
   wanted.shared = sharers(wanted.pass);
   return wanted;
 }

@@ -43,8 +43,8 @@ const char* name(Phase phase) {
 
 const char* name(Counter counter) {
   static constexpr const char* names[] = {
-      "photons_emitted", "photons_stored", "gather_points", "gather_rays",  "query_points",       "shader_operations",
-      "pairs_tested",    "occlusion_rays", "camera_rays",   "packet_steps", "packet_active_lanes"};
+      "photons_emitted",   "photons_stored", "photons_kept",   "gather_points", "gather_rays",  "query_points",
+      "shader_operations", "pairs_tested",   "occlusion_rays", "camera_rays",   "packet_steps", "packet_active_lanes"};
   static_assert(std::size(names) == static_cast<std::size_t>(Counter::count_));
   return names[static_cast<std::size_t>(counter)];
 }

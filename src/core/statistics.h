@@ -32,6 +32,7 @@ enum class Phase {
 enum class Counter {
   photons_emitted,
   photons_stored,
+  photons_kept,
   gather_points,
   gather_rays,
   query_points,

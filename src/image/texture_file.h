@@ -36,6 +36,8 @@ struct TextureOptions {
   TextureFilter filter = TextureFilter::bilinear;
   TextureEncoding encoding = TextureEncoding::automatic;
   float exponent = 2.2f;  ///< of TextureEncoding::power
+
+  bool operator==(const TextureOptions&) const = default;
 };
 
 /// A texture made from a file. Lookups are thread-safe, and give the same bits for all kinds of storage.
@@ -96,9 +98,10 @@ class TextureLibrary {
   TextureLibrary(const TextureLibrary&) = delete;
   TextureLibrary& operator=(const TextureLibrary&) = delete;
 
-  /// A texture of a file. It may outlive the library, and the file may be deleted. Throws Error as read_image_file()
-  /// does. If the temporary file cannot be created or is full, the texels stay in memory beyond the limit, with a
-  /// warning. If it cannot be read back, texels are magenta, with a warning.
+  /// A texture of a file: the same object for the same options, while it is in use. It may outlive the library, and the
+  /// file may be deleted. Throws Error as read_image_file() does. If the temporary file cannot be created or is full,
+  /// the texels stay in memory beyond the limit, with a warning. If it cannot be read back, texels are magenta, with a
+  /// warning.
   /// @param known_as the name by which the library identifies the file; empty: its path
   std::shared_ptr<const TextureFile> open(const std::string& path, const TextureOptions& options = {},
                                           const std::string& known_as = {});

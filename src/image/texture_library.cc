@@ -81,8 +81,23 @@ struct TextureLibrary::State {
   std::shared_ptr<TexelStore> store;
   std::uint64_t blocks = 0;  // used blocks of the store
   bool said_problem = false, reserved_cache = false;
+  /// Textures in use, by the names of their files.
+  std::multimap<std::string, std::pair<TextureOptions, std::weak_ptr<const TextureFile>>> in_use;
 
-  std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options) const {
+  std::shared_ptr<const TextureFile> find(const std::string& name, const TextureOptions& options) {
+    const auto [first, last] = in_use.equal_range(name);
+    const auto made = std::find_if(first, last, [&](const auto& entry) { return entry.second.first == options; });
+    if (made != last)
+      if (std::shared_ptr<const TextureFile> texture = made->second.second.lock()) return texture;
+    std::shared_ptr<const TextureFile> texture = make(name, options);
+    if (made != last)
+      made->second.second = texture;
+    else if (texture)
+      in_use.emplace(name, std::pair(options, std::weak_ptr(texture)));
+    return texture;
+  }
+
+  std::shared_ptr<const TextureFile> make(const std::string& name, const TextureOptions& options) const {
     if (const auto found = whole.find(name); found != whole.end()) return make_texture(found->second, options);
     if (const auto found = stored.find(name); found != stored.end()) {
       return std::make_shared<StoredTexture>(name, found->second, store, options);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/content_hash.h"
 #include "import/texture_nodes.h"
 
 namespace glowworm {
@@ -49,6 +50,13 @@ class RangedImage final : public TextureImage {
   bool has_alpha() const override { return image_->has_alpha(); }
   int width() const override { return image_->width(); }
   int height() const override { return image_->height(); }
+  std::uint64_t identity() const override {
+    ContentHash hash;
+    hash.add(image_->identity());
+    hash.add(base_);
+    hash.add(gain_);
+    return hash.value();
+  }
 
  private:
   std::shared_ptr<const TextureImage> image_;

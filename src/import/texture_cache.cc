@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/content_hash.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/memory_file.h"
@@ -30,6 +31,8 @@ class FileImage final : public TextureImage {
   bool has_alpha() const override { return file_->has_alpha(); }
   int width() const override { return file_->width(); }
   int height() const override { return file_->height(); }
+  /// Imports that share a library share its files.
+  std::uint64_t identity() const override { return reinterpret_cast<std::uintptr_t>(file_.get()); }
 
  private:
   std::shared_ptr<const TextureFile> file_;
@@ -44,6 +47,11 @@ class PlainImage final : public TextureImage {
   bool has_alpha() const override { return false; }
   int width() const override { return 1; }
   int height() const override { return 1; }
+  std::uint64_t identity() const override {
+    ContentHash hash;
+    hash.add(color_);
+    return hash.value();
+  }
 
  private:
   RGB color_;

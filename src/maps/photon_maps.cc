@@ -14,6 +14,7 @@
 #include "maps/boundary.h"
 #include "maps/memory.h"
 #include "maps/photon_guiding.h"
+#include "photon/kept_paths.h"
 #include "points/query_points.h"
 
 namespace glowworm {
@@ -36,6 +37,9 @@ constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
 /// Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
 /// would be on another page. Fewer photons keep the order in which they were traced.
 constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
+
+/// What the memory of light paths is reserved as.
+constexpr const char* kKeptPaths = "kept light paths";
 
 /// Memory for the photons of a pass. Throws Error if they do not fit: fewer photons would change the picture.
 std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
@@ -174,7 +178,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
     if (settings_.choice != PhotonChoice::all)
       pass_ = trace_chosen(tracer, settings_.choice, nullptr, statistics);
     else if (pass_.emitted == 0)
-      pass_ = trace_photons(tracer, wanted, statistics);
+      pass_ = trace_all(tracer, wanted, statistics);
   }
   *building_ = true;
   if (settings_.thinned > 0) {
@@ -198,6 +202,22 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   bounds_ = global.batch.bounds();
   global_.set_photons(inputs, std::move(global));
   caustic_.set_photons(photon_inputs(caustic_), std::move(caustic));
+}
+
+/// Traces a pass of all photons, but for light paths that are kept from another moment of the scene.
+PhotonPass PhotonMaps::trace_all(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics) {
+  if (settings_.most_kept_bytes == 0 || pass.shared || tracer.scene().crosses_media())
+    return trace_photons(tracer, pass, statistics);
+  kept_room_.reset();
+  const std::uint64_t room = std::min(settings_.most_kept_bytes, budget_->available());
+  kept_room_ = std::make_unique<Reservation>(*budget_, kKeptPaths, room);
+  if (!kept_paths_) kept_paths_ = std::make_shared<KeptPaths>();
+  kept_paths_->begin(tracer, pass, {settings_.guide, settings_.importance}, room);
+  pass.kept = kept_paths_.get();
+  PhotonPass out = trace_photons(tracer, pass, statistics);
+  kept_room_.reset();
+  kept_room_ = std::make_unique<Reservation>(*budget_, kKeptPaths, kept_paths_->bytes());
+  return out;
 }
 
 /// Traces the photons that pass points in air. If these are all photons, the pass has those on surfaces, too.
@@ -363,7 +383,12 @@ std::unique_ptr<DensityEngine> PhotonMaps::diagnose(const KernelInputs& inputs, 
 
 void PhotonMaps::reserve_in(MemoryBudget* budget) {
   reservation_.reset();
+  kept_room_.reset();
   budget_ = budget;
+  if (budget && kept_paths_) {
+    if (kept_paths_->bytes() > budget->available()) kept_paths_->clear();
+    kept_room_ = std::make_unique<Reservation>(*budget, kKeptPaths, kept_paths_->bytes());
+  }
   if (budget && is_done()) hold_result();
 }
 

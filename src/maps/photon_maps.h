@@ -37,6 +37,9 @@ struct PhotonMapSettings : IndexInputs {  // of the global map
   bool sampled = false;    ///< make PhotonMaps::sample(), caustic_sample() and signed_media()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
+  /// Memory for light paths that are kept for the map of another moment of the scene (photon/kept_paths.h): after
+  /// forget(), that traces those alone that changed; 0: none are kept.
+  std::uint64_t most_kept_bytes = 0;
   /// Processes that divide the work; null: none.
   SharedWork* shared = nullptr;
 };
@@ -71,7 +74,7 @@ class PhotonMaps {
   /// depend on their number. Throws Cancelled within an interrupted CancellationScope, and Error if the budget is too
   /// small; finished steps are kept.
   void update(const Tracer& tracer, const PhotonMapSettings& settings, Statistics& statistics);
-  /// Discards everything. Call it when the lights have changed.
+  /// Discards everything but light paths that are kept. Call it when the scene or the lights have changed.
   void forget();
   /// Moves the reservation of the maps to another budget; null: none, until the next call. Throws Error if that budget
   /// is too small.
@@ -126,6 +129,7 @@ class PhotonMaps {
   IndexInputs inputs_of(const IndexedMap& map) const;
   bool finds_radii() const { return settings_.secondary_gather || settings_.patches; }
   void trace(const Tracer& tracer, Statistics& statistics);
+  PhotonPass trace_all(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   void trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
   void bring_up_global(const MapWork& work);
@@ -141,6 +145,8 @@ class PhotonMaps {
 
   MemoryBudget* budget_;
   std::unique_ptr<Reservation> reservation_;
+  std::shared_ptr<KeptPaths> kept_paths_;  // null: none yet
+  std::unique_ptr<Reservation> kept_room_;
   PhotonMapSettings settings_;
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;

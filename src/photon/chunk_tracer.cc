@@ -12,6 +12,7 @@
 #include "kernels/sobol.h"
 #include "photon/beams.h"
 #include "photon/emission_guide.h"
+#include "photon/kept_paths.h"
 #include "photon/light_paths.h"
 #include "photon/material_lobes.h"
 #include "photon/outside.h"
@@ -66,6 +67,15 @@ class ChunkTracers::ChunkTracer {
     chunk.numbers.clear();
     chunk.guide_weight.clear();
     emit(first_path, count);
+    if (pass_.kept)
+      follow_changed(pass_.kept->chunk(first_path / kPathsPerChunk), first_path, count);
+    else
+      follow(first_path);
+  }
+
+ private:
+  /// Follows the paths to their ends.
+  void follow(std::uint64_t first_path) {
     for (int bounce = 0; paths_.count > 0; ++bounce) {
       const std::span<const Ray> rays(paths_.rays.data(), paths_.count);
       settings_.tracer->intersect(rays, {paths_.hits.data(), paths_.count}, RayOrder::incoherent);
@@ -73,12 +83,56 @@ class ChunkTracers::ChunkTracer {
         for (std::size_t i = 0; i < paths_.count; ++i) cross_media(i, first_path, bounce);
       else if (pass_.discs)
         for (std::size_t i = 0; i < paths_.count; ++i) keep_segment(i, paths_.rays[i], length_to(paths_.hits[i]), {});
+      if (pass_.kept) keep_parts();
       draw_bounce(first_path, bounce);
       paths_.count = scatter_paths(bounce);
+      if (pass_.kept) followed_.ends_of_bounces.push_back(result_->count);
     }
   }
 
- private:
+  /// The paths of a chunk as they leave their lights.
+  std::vector<EmittedPath> emitted_paths(std::size_t count) const {
+    std::vector<EmittedPath> out(count);
+    for (std::size_t i = 0; i < paths_.count; ++i)
+      out[paths_.number[i]] = {paths_.rays[i].origin, paths_.rays[i].direction, paths_.flux[i], paths_.light[i]};
+    return out;
+  }
+
+  /// Follows the paths of a chunk that are not as they were, and takes the photons of the others from before.
+  void follow_changed(KeptChunk& before, std::uint64_t first_path, std::size_t count) {
+    KeptChunk now;
+    now.emitted = emitted_paths(count);
+    const std::vector<bool> stays = pass_.kept->staying_paths(before, now.emitted);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < paths_.count; ++i)
+      if (!stays[paths_.number[i]]) start_as(i, left++);
+    paths_.count = left;
+    followed_.parts.clear();
+    followed_.ends_of_bounces.clear();
+    follow(first_path);
+    pass_.kept->join(before, stays, followed_, std::move(now), *result_);
+    result_->balance = {};
+  }
+
+  /// Moves path i before its first bounce.
+  void start_as(std::size_t i, std::size_t to) {
+    paths_.rays[to] = paths_.rays[i];
+    paths_.flux[to] = paths_.flux[i];
+    paths_.number[to] = paths_.number[i];
+    paths_.light[to] = paths_.light[i];
+    paths_.bounces[to] = paths_.bounces[i];
+  }
+
+  /// Notes the straight parts of all paths to their hits.
+  void keep_parts() {
+    for (std::size_t i = 0; i < paths_.count; ++i) {
+      const Ray& ray = paths_.rays[i];
+      const bool escapes = paths_.hits[i].triangle == kNone;
+      followed_.parts.push_back({escapes ? ray.direction : ray.origin + ray.direction * paths_.hits[i].distance,
+                                 paths_.number[i] | (escapes ? KeptChunk::kEscapes : 0)});
+    }
+  }
+
   /// Notes a straight part of path i if it crosses discs of the pass.
   void keep_segment(std::size_t i, const Ray& ray, float length, RGB absorption) {
     if (!pass_.discs || !leaves(pass_.choice, paths_.bounces[i])) return;
@@ -385,7 +439,7 @@ class ChunkTracers::ChunkTracer {
     photons.flux[at] = out.photon_flux;
     photons.light[at] = paths_.light[i];
     photons.caustic[at] = (paths_.bounces[i] & kCaustic) == kCaustic;
-    if (settings_.pilot) photons.path[at] = paths_.number[i];
+    if (settings_.pilot || pass_.kept) photons.path[at] = paths_.number[i];
     if (pass_.importance)
       photons.used[at] = importance_for(pass_, out.position, out.normal, photons.caustic[at] != 0) > 0;
   }
@@ -415,6 +469,7 @@ class ChunkTracers::ChunkTracer {
       std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass
   Pairs choice_, direction_, light_;
   PhotonChunk* result_ = nullptr;
+  FollowedPaths followed_;  // if paths are kept
   const bool crosses_media_ = scene_.crosses_media();
   float before_medium_ = 0;  // largest flux of a path before its piece in a medium
 };

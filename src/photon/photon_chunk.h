@@ -16,7 +16,7 @@ struct PhotonChunk {
   LargeArray<Vec3> position, direction, normal;
   LargeArray<RGB> flux;                     ///< as emitted, not divided by the number of paths
   LargeArray<std::uint32_t> light;          ///< source, counted as in Scene::light_power()
-  LargeArray<std::uint32_t> path;           ///< index of the path in the chunk; only in pilot passes
+  LargeArray<std::uint32_t> path;           ///< index of the path in the chunk; only if the tracer needs it
   LargeArray<std::uint8_t> caustic;         ///< as in PhotonPass::caustic
   LargeArray<std::uint8_t> used;            ///< whether the image needs the place; only with a PhotonImportance
   std::vector<PhotonSegment> segments;      ///< as in PhotonPass::segments, with flux as emitted

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "photon/chunk_tracer.h"
+#include "photon/kept_paths.h"
 #include "photon/material_lobes.h"
 
 namespace glowworm {
@@ -173,6 +174,7 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
   scale(pass, std::max<std::uint64_t>(1, pass.emitted));
   statistics.add(Counter::photons_emitted, pass.emitted);
   statistics.add(Counter::photons_stored, pass.stored);
+  if (settings.kept) statistics.add(Counter::photons_kept, settings.kept->kept_photons());
   return pass;
 }
 

@@ -17,6 +17,8 @@
 
 namespace glowworm {
 
+class KeptPaths;
+
 /// The places where the image needs photons.
 struct PhotonImportance {
   ImportanceGrid gathered;  ///< of the global map
@@ -54,6 +56,9 @@ struct PhotonPassSettings {
   /// than all, the pass makes them in place of PhotonPass::caustic.
   const DiscTree* discs = nullptr;
   SharedWork* shared = nullptr;  ///< processes that divide the pass; null: this one traces all of it
+  /// Paths of the pass at another moment, after KeptPaths::begin(); then those of this pass. The pass has no flux
+  /// balance. null: none are kept.
+  KeptPaths* kept = nullptr;
 };
 
 /// Flux of a pass, in W. Emitted flux is counted by its fate: emitted + scattered = arrived + escaped + cut, and
@@ -82,7 +87,7 @@ struct PhotonPass {
 };
 
 /// Traces photons until the global map has the wanted number, on all threads; the result does not depend on their
-/// number. Adds to Phase::trace_photons and counts photons_emitted and photons_stored.
+/// number. Adds to Phase::trace_photons and counts photons_emitted, photons_stored and photons_kept.
 PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& settings, Statistics& statistics);
 
 /// Traces `count` paths of a pilot pass, from path `first` on, with settings.guide; fewer, in whole chunks, if they

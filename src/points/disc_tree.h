@@ -2,10 +2,10 @@
 #pragma once
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "core/box.h"
+#include "core/box_tree.h"
 #include "core/vec.h"
 
 namespace glowworm {
@@ -42,7 +42,7 @@ class DiscTree {
     std::uint32_t stack[kMaxDepth + 1], depth = 0, at = 0;
     for (;;) {
       const Node& node = nodes_[at];
-      if (meets(node.box, origin, inverse, length)) {
+      if (meets_box(node.box, origin, inverse, length)) {
         if (node.count == 0) {
           stack[depth++] = node.first;
           ++at;
@@ -67,17 +67,6 @@ class DiscTree {
   };
 
   void build(std::uint32_t first, std::uint32_t last);
-  static bool meets(const Box3& box, Vec3 origin, Vec3 inverse, float length) {
-    float near = 0, far = length;
-    for (int axis = 0; axis < 3; ++axis) {
-      float in = (box.min[axis] - origin[axis]) * inverse[axis], out = (box.max[axis] - origin[axis]) * inverse[axis];
-      if (in > out) std::swap(in, out);
-      // A coordinate on the box's side of a ray along it is no number, which changes neither.
-      near = in > near ? in : near;
-      far = out < far ? out : far;
-    }
-    return near <= far * (1 + 0x1p-20f);
-  }
   /// The distance is no number where the ray misses.
   DiscCrossing cross(std::uint32_t disc, Vec3 origin, Vec3 direction, float length) const {
     constexpr DiscCrossing kMissed{0, std::numeric_limits<float>::quiet_NaN(), 0};

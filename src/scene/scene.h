@@ -68,6 +68,15 @@ struct SceneDescription {
   std::vector<std::string> notes;
 };
 
+/// The powers of light sources, and how one is chosen by them.
+struct LightPowers {
+  std::vector<RGB> of_sources;  ///< W
+  Distribution1D choice;        ///< Scene::light_power()
+
+  /// Whether other powers are nearly the same, and black where these are.
+  bool are_as(const std::vector<RGB>& others) const;
+};
+
 /// Changes that a user makes in a viewer. Everything else comes from the original scene. Positions are relative
 /// to Scene::origin().
 struct SceneEdit {
@@ -78,6 +87,9 @@ struct SceneEdit {
   std::shared_ptr<const Geometry> geometry;
   std::vector<Camera> more_cameras;  ///< in addition to the scene's own
   std::string name;                  ///< empty: the scene's own
+  /// Of another moment of the scene: if the power of each light source is nearly the same there, light_power() is that
+  /// moment's, so that photons of lamps that did not move stay as they are.
+  std::optional<LightPowers> lit_as = {};
 };
 
 /// An immutable scene with the tables derived from its description. All its positions are relative to origin().
@@ -164,6 +176,7 @@ class Scene {
   /// Power of each light source in W, counted as in light_power(); an estimate for textured emission, and for media,
   /// which are taken to fill their boxes. The last entry may hold all parts of the environment.
   const std::vector<RGB>& source_powers() const { return source_powers_; }
+  LightPowers light_powers() const { return {source_powers_, light_power_}; }
   /// Number of light sources, with each part of the environment.
   std::size_t light_source_count() const {
     const std::size_t of_environment = !d_.environment ? 0 : d_.environment->parts ? d_.environment->parts->count : 1;

@@ -102,20 +102,27 @@ std::uint64_t hash_geometry(const Geometry& g) {
   return hash.value();
 }
 
-std::uint64_t hash_materials(const Scene& scene) {
+/// @param hash_of hash_of(image)
+template <typename HashOf>
+std::uint64_t hash_materials(const Scene& scene, const HashOf& hash_of) {
   ContentHash hash;
   for (const Material& material : scene.materials()) add(hash, material);
   for (const Medium& medium : scene.media()) add(hash, medium);
   hash.add(scene.ambient_medium());
-  std::map<const TextureImage*, std::uint64_t> images;
   for (const TextureNode& node : scene.textures()) {
     add(hash, node);
-    if (!node.image) continue;
-    const auto [image, is_new] = images.try_emplace(node.image.get(), 0);
-    if (is_new) image->second = hash_image(*node.image);
-    hash.add(image->second);
+    if (node.image) hash.add(hash_of(*node.image));
   }
   return hash.value();
+}
+
+std::uint64_t hash_materials(const Scene& scene) {
+  std::map<const TextureImage*, std::uint64_t> images;
+  return hash_materials(scene, [&](const TextureImage& shown) {
+    const auto [image, is_new] = images.try_emplace(&shown, 0);
+    if (is_new) image->second = hash_image(shown);
+    return image->second;
+  });
 }
 
 std::uint64_t hash_lights(const Scene& scene) {
@@ -136,6 +143,10 @@ std::uint64_t hash_camera(const Camera& c) {
   ContentHash hash;
   add_all(hash, c.kind, c.to_world, c.half_extent, c.window, c.lens_radius, c.focal_distance);
   return hash.value();
+}
+
+std::uint64_t hash_look(const Scene& scene) {
+  return hash_materials(scene, [](const TextureImage& image) { return image.identity(); });
 }
 
 SceneHash hash_scene(const Scene& scene, const Camera& camera) {

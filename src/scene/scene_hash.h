@@ -17,6 +17,9 @@ struct SceneHash {
 /// Of all that a camera's rays depend on.
 std::uint64_t hash_camera(const Camera& camera);
 
+/// Of materials and media, with images by TextureImage::identity(), while the scene exists. Reads no texels.
+std::uint64_t hash_look(const Scene& scene);
+
 /// Reads all tables and texels, on all threads: some seconds for gigabytes of textures.
 SceneHash hash_scene(const Scene& scene, const Camera& camera);
 

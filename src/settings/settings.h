@@ -110,6 +110,8 @@ struct RenderSettings {
   /// Number of a frame of a sequence. Camera samples and gather rays have random numbers of their own in each; photons
   /// and guides have the same in all.
   std::uint32_t frame = 0;
+  bool scene_moves = false;  ///< frames show the scene at several moments: light paths are kept for the next
+  bool only_maps = false;    ///< make photons and guides, but take no samples
   std::uint32_t seed = 0;
   int threads = 0;
   std::uint64_t memory_bytes = 0;

@@ -50,7 +50,7 @@ void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
 template <bool kOcclusion>
 void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
-  const bool by_camera = args->context->filter != nullptr;  // make_context()
+  const bool by_camera = args->context->filter == camera_filter;
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const Vec2 barycentric{RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i)};
@@ -119,15 +119,17 @@ bool count_bytes(void* user, ssize_t bytes, bool) {
 
 }  // namespace
 
-Tracer::Implementation::Implementation(const Scene& s) : scene(&s), geometry(s.shared_geometry()) {
+Tracer::Implementation::Implementation(const Scene& s, TieRule ties_by)
+    : scene(&s), geometry(s.shared_geometry()), ties(ties_by) {
   hidden = std::any_of(s.materials().begin(), s.materials().end(),
                        [](const Material& m) { return m.single_sided || m.unseen; });
   for (std::uint32_t i = 0; i < s.materials().size(); ++i) panes |= s.is_pane(i);
 }
 
 // Once the first constructor has returned, an error in this one calls the destructor.
-Tracer::Implementation::Implementation(const Scene& s, std::span<const std::uint32_t> movable_triangles)
-    : Implementation(s) {
+Tracer::Implementation::Implementation(const Scene& s, std::span<const std::uint32_t> movable_triangles,
+                                       TieRule ties_by)
+    : Implementation(s, ties_by) {
   movable.assign(movable_triangles.begin(), movable_triangles.end());
   device = rtcNewDevice(ray_device_configuration().c_str());
   // If the device was not made, the error belongs to the calling thread.
@@ -155,9 +157,10 @@ RTCScene Tracer::Implementation::new_scene(bool dynamic) const {
   // Only a dynamic scene has separate structures for its geometries, and rebuilds those that changed. Other scenes are
   // built once, so a slower, better build pays off.
   if (!dynamic) rtcSetSceneBuildQuality(scene_of_embree, RTC_BUILD_QUALITY_HIGH);
+  const bool filters = hidden || ties == TieRule::number;
   rtcSetSceneFlags(scene_of_embree,
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | (dynamic ? RTC_SCENE_FLAG_DYNAMIC : 0) |
-                                              (hidden ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
+                                              (filters ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0)));
   return scene_of_embree;
 }
 

@@ -40,13 +40,14 @@ struct Tracer::Implementation {
   std::vector<TracedMesh> meshes;
   std::vector<bool> repeated_instances;  ///< whether an earlier one has the same mesh and place; no ray meets it
   LampsInPlanes lamps;
+  TieRule ties = TieRule::structure;
   bool hidden = false;  ///< cameras do not see some surfaces (Material::single_sided, unseen)
   bool panes = false;   ///< a material is one
   bool whole = true;    ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
-  /// As the constructor of Tracer.
-  Implementation(const Scene& s, std::span<const std::uint32_t> movable_triangles);
+  /// As the constructors of Tracer.
+  Implementation(const Scene& s, std::span<const std::uint32_t> movable_triangles, TieRule ties_by);
   ~Implementation();
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -64,7 +65,7 @@ struct Tracer::Implementation {
                       const std::function<bool(std::uint32_t)>& visit) const;
 
  private:
-  explicit Implementation(const Scene& s);
+  Implementation(const Scene& s, TieRule ties_by);
   void commit();
   void build();
   void find_lamps();
@@ -85,6 +86,9 @@ Transform inverse_of(const Instance& instance);
 
 /// Sets Embree's callbacks for the instances of a scene. @param shape its user data are the Implementation
 void set_instance_functions(RTCGeometry shape);
+
+/// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces and on unseen ones.
+void camera_filter(const RTCFilterFunctionNArguments* args);
 
 /// A pane that a ray passes.
 struct PassedPane : PassedSurface {

@@ -20,22 +20,35 @@ constexpr std::size_t kCoherentPacket = 16;
 /// Share of the scene's diagonal within which the origins of coherent rays lie.
 constexpr float kNearOrigins = 1e-3f;
 
-/// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces and on unseen ones.
-void camera_filter(const RTCFilterFunctionNArguments* args) {
+/// The context of a packet of rays with TieRule::number: the nearest candidate of each so far.
+struct TieContext {
+  RTCIntersectContext embree;
+  float distance[kPacket];
+  std::uint32_t triangle[kPacket];
+
+  explicit TieContext(const RTCIntersectContext& context) : embree(context) {}
+  /// Makes it the context of another packet. No distance equals one that is not a number.
+  void clear() { std::fill_n(distance, kPacket, std::numeric_limits<float>::quiet_NaN()); }
+};
+
+/// Embree calls this for candidates no farther than the nearest one so far; rejects those at the same distance with a
+/// higher number.
+void tie_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
+  auto& nearest = *reinterpret_cast<TieContext*>(args->context);
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
-    const unsigned instance = RTCHitN_instID(args->hit, args->N, i, 0);
+    const unsigned ray = RTCRayN_id(args->ray, args->N, i);
+    const float distance = RTCRayN_tfar(args->ray, args->N, i);
     const std::uint32_t triangle =
-        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i), instance);
-    const Material& material = self.scene->materials()[self.geometry->material_of(triangle)];
-    if (material.unseen) args->valid[i] = 0;
-    if (!material.single_sided) continue;
-    Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
-                   RTCRayN_dir_z(args->ray, args->N, i)};
-    // The ray is in the space of the mesh.
-    if (instance != RTC_INVALID_GEOMETRY_ID) direction = self.geometry->instances[instance].to_world.vector(direction);
-    if (dot(direction, self.scene->diffuse_triangle(triangle).normal) > 0) args->valid[i] = 0;
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
+                      RTCHitN_instID(args->hit, args->N, i, 0));
+    if (distance == nearest.distance[ray] && triangle > nearest.triangle[ray]) {
+      args->valid[i] = 0;
+      continue;
+    }
+    nearest.distance[ray] = distance;
+    nearest.triangle[ray] = triangle;
   }
 }
 
@@ -206,9 +219,28 @@ RGB through_panes(const Tracer::Implementation& self, std::vector<PassedPane>& p
 
 }  // namespace
 
-Tracer::Tracer(const Scene& scene) : Tracer(scene, {}) {}
+void camera_filter(const RTCFilterFunctionNArguments* args) {
+  const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const unsigned instance = RTCHitN_instID(args->hit, args->N, i, 0);
+    const std::uint32_t triangle =
+        self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i), instance);
+    const Material& material = self.scene->materials()[self.geometry->material_of(triangle)];
+    if (material.unseen) args->valid[i] = 0;
+    if (!material.single_sided) continue;
+    Vec3 direction{RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                   RTCRayN_dir_z(args->ray, args->N, i)};
+    // The ray is in the space of the mesh.
+    if (instance != RTC_INVALID_GEOMETRY_ID) direction = self.geometry->instances[instance].to_world.vector(direction);
+    if (dot(direction, self.scene->diffuse_triangle(triangle).normal) > 0) args->valid[i] = 0;
+  }
+}
+
+Tracer::Tracer(const Scene& scene, TieRule ties)
+    : implementation_(std::make_unique<Implementation>(scene, std::span<const std::uint32_t>(), ties)) {}
 Tracer::Tracer(const Scene& scene, std::span<const std::uint32_t> movable)
-    : implementation_(std::make_unique<Implementation>(scene, movable)) {}
+    : implementation_(std::make_unique<Implementation>(scene, movable, TieRule::structure)) {}
 
 Tracer::~Tracer() = default;
 
@@ -262,10 +294,19 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
   const auto context_of = [&](std::size_t, std::size_t) { return &context; };
   const auto ray_of = [&](std::size_t i) -> const Ray& { return rays[i]; };
   const auto found = [&](std::size_t i, const Hit& hit) { hits[i] = hit; };
-  if (order == RayOrder::camera)
+  if (order == RayOrder::camera) {
     intersect_packets<RTCRayHit16, kCoherentPacket>(*implementation_, rays.size(), context_of, ray_of, found);
-  else
+  } else if (implementation_->ties == TieRule::structure) {
     intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), context_of, ray_of, found);
+  } else {
+    TieContext nearest(context);
+    nearest.embree.filter = tie_filter;
+    const auto next_packet = [&](std::size_t, std::size_t) {
+      nearest.clear();
+      return &nearest.embree;
+    };
+    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), next_packet, ray_of, found);
+  }
 }
 
 void Tracer::intersect(const RayArrays& rays, const HitArrays& hits) const {

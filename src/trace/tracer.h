@@ -55,12 +55,19 @@ enum class RayOrder : std::uint8_t {
            ///< single-sided surfaces and unseen ones (Material::unseen), which all other rays hit.
 };
 
+/// Which one of several triangles at exactly the same distance a ray meets.
+enum class TieRule : std::uint8_t {
+  structure,  ///< any one: the build of the structure decides
+  number,     ///< the one with the lowest number, in batches of incoherent rays. Hits then stay as they are where other
+              ///< triangles move. Costs time at each candidate for a hit.
+};
+
 /// The scene as a structure for ray tracing, without triangles that repeat others (Scene::repeats()).
 /// Immutable except for follow(); all other calls are thread-safe.
 class Tracer {
  public:
   /// Builds the acceleration structure, on all threads. The scene must outlive the tracer.
-  explicit Tracer(const Scene& scene);
+  explicit Tracer(const Scene& scene, TieRule ties = TieRule::structure);
   /// As above; triangles that follow() may move have their own structure, and only that is rebuilt.
   Tracer(const Scene& scene, std::span<const std::uint32_t> movable);
   ~Tracer();

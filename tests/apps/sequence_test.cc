@@ -23,6 +23,58 @@ class SequenceTest : public ProgramTest {
     const Image one = read_image(path(a)), other = read_image(path(b));
     EXPECT_TRUE(one.rgb() == other.rgb()) << a << ", " << b;
   }
+  /// A room of 2 m with a lamp, and a board in it that moves 1 m in a second and turns, or else a lamp that does.
+  void write_moving_room(const std::string& name, bool lamp_moves) const {
+    std::vector<float> numbers = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};  // a square
+    numbers.insert(numbers.end(),
+                   {0, 1, 0, 0, 0, 0.5f, 0, -0.5f, 0, 0, 0, 1, 0, 0.6f, 0, 0.8f});  // times, places, turns
+    std::string bytes(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
+    for (const char index : {0, 1, 2, 0, 2, 3}) bytes += {index, 0};
+    write("room.bin", bytes);
+    const auto node = [](int mesh, std::vector<double> place, std::vector<double> turn, double size) {
+      return nlohmann::json{{"mesh", mesh}, {"translation", place}, {"rotation", turn}, {"scale", {size, size, size}}};
+    };
+    const double h = std::sqrt(0.5);
+    nlohmann::json moving = {{"children", {8}}},
+                   nodes = {node(0, {0, -1, 0}, {-h, 0, 0, h}, 1), node(0, {0, 1, 0}, {h, 0, 0, h}, 1),
+                            node(0, {-1, 0, 0}, {0, h, 0, h}, 1), node(0, {1, 0, 0}, {0, -h, 0, h}, 1),
+                            node(0, {0, 0, -1}, {0, 0, 0, 1}, 1)};
+    const int board = lamp_moves ? 1 : 0, other = lamp_moves ? 0 : 1;
+    nodes.push_back(node(1, {-0.5, 0.99, 0}, {h, 0, 0, h}, 0.2));
+    nodes.push_back(node(other, {0.5, lamp_moves ? -0.5 : 0.99, 0}, {h, 0, 0, h}, 0.2));
+    nodes.push_back(moving);
+    nodes.push_back(node(board, {0.2, 0.3, 0}, {h, 0, 0, h}, 0.1));
+    const auto view = [](int offset, int length) {
+      return nlohmann::json{{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}};
+    };
+    const auto accessor = [](int at, int type, int count, const char* kind) {
+      return nlohmann::json{{"bufferView", at}, {"componentType", type}, {"count", count}, {"type", kind}};
+    };
+    nlohmann::json corners = accessor(0, 5126, 4, "VEC3");
+    corners["min"] = {-1, -1, 0};
+    corners["max"] = {1, 1, 0};
+    const auto mesh = [](int material) {
+      return nlohmann::json{
+          {"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 4}, {"material", material}}}}};
+    };
+    const nlohmann::json gltf = {
+        {"asset", {{"version", "2.0"}}},
+        {"scenes", {{{"nodes", {0, 1, 2, 3, 4, 5, 6, 7}}}}},
+        {"nodes", nodes},
+        {"buffers", {{{"uri", "room.bin"}, {"byteLength", bytes.size()}}}},
+        {"bufferViews", {view(0, 48), view(48, 8), view(56, 24), view(80, 32), view(112, 12)}},
+        {"accessors",
+         {corners, accessor(1, 5126, 2, "SCALAR"), accessor(2, 5126, 2, "VEC3"), accessor(3, 5126, 2, "VEC4"),
+          accessor(4, 5123, 6, "SCALAR")}},
+        {"materials", {{{"doubleSided", true}}, {{"doubleSided", true}, {"emissiveFactor", {1, 1, 1}}}}},
+        {"meshes", {mesh(0), mesh(1)}},
+        {"animations",
+         {{{"samplers", {{{"input", 1}, {"output", 2}}, {{"input", 1}, {"output", 3}}}},
+           {"channels",
+            {{{"sampler", 0}, {"target", {{"node", 7}, {"path", "translation"}}}},
+             {{"sampler", 1}, {"target", {{"node", 7}, {"path", "rotation"}}}}}}}}}};
+    std::ofstream(path(name)) << gltf;
+  }
   /// A program `ffmpeg` that copies its input to its output, and PATH with it in front.
   std::function<void()> with_ffmpeg() const {
     fs::create_directory(path("bin"));
@@ -72,6 +124,35 @@ TEST_F(SequenceTest, FramesOfAnAnimationShowItsMoments) {
   ASSERT_EQ(render("a.gltf", {"--frames", "2", "--fps", "2", "--precision", "float", "-o", "own#.exr"}).status, 0);
   expect_same_pixels("f2.exr", "own2.exr");
   EXPECT_FALSE(read_image(path("f0.exr")).rgb() == read_image(path("f2.exr")).rgb());
+}
+
+TEST_F(SequenceTest, FramesKeepPhotonsOfPathsThatMeetNothingThatMoves) {
+  for (const bool lamp_moves : {false, true}) {
+    SCOPED_TRACE(lamp_moves);
+    write_moving_room("room.gltf", lamp_moves);
+    const std::string name = lamp_moves ? "lamp" : "board";
+    const auto made = [&](const std::string& prefix, std::vector<std::string> more) {
+      more.insert(more.end(),
+                  {"--fps", "2", "--precision", "float", "-o", prefix + "#.exr", "--stats", prefix + "#.json"});
+      const Outcome outcome = render("room.gltf", more);
+      ASSERT_EQ(outcome.status, 0) << outcome.err;
+    };
+    made(name, {"--frames", "0-2"});
+    made(name + "own", {"--frames", "2"});
+    // Processes that share photons keep none.
+    made(name + "fresh", {"--frames", "2", "--threads", "1", "--share", path(name + "-shared")});
+    EXPECT_EQ(read_json(name + "fresh2.json")["count"]["photons_kept"], 0);
+    made(name + "small", {"--frames", "0-2", "--memory", "40M", "--threads", "3"});
+    for (const char* other : {"own", "fresh", "small"}) expect_same_pixels(name + "2.exr", name + other + "2.exr");
+    EXPECT_FALSE(read_image(path(name + "0.exr")).rgb() == read_image(path(name + "2.exr")).rgb());
+    EXPECT_GT(read_json(name + "0.json")["count"]["photons_emitted"], 0)
+        << "of the photons that guides are learned with";
+    for (const char* frame : {"1.json", "2.json"}) {
+      const nlohmann::json count = read_json(name + frame)["count"];
+      EXPECT_GT(count["photons_kept"], count["photons_stored"].get<double>() / 4);
+      EXPECT_LT(count["photons_kept"], count["photons_stored"]);
+    }
+  }
 }
 
 TEST_F(SequenceTest, FramesOfAWalkTracePhotonsOnce) {

@@ -93,6 +93,7 @@ TEST_F(StatisticsTest, EveryKeyIsPresent) {
                                              "/time_s/other",
                                              "/count/photons_emitted",
                                              "/count/photons_stored",
+                                             "/count/photons_kept",
                                              "/count/gather_points",
                                              "/count/gather_rays",
                                              "/count/query_points",

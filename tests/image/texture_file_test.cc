@@ -210,6 +210,21 @@ TEST_F(TextureFiles, StoredTexelsGiveTheSameBits) {
   EXPECT_EQ(stored.resident_bytes(), 0u);
 }
 
+TEST_F(TextureFiles, AreTheSameObjectWhileInUse) {
+  const std::string a = noise("a.png", 10, 10, 3, OIIO::TypeDesc::UINT8);
+  const std::string b = noise("b.png", 10, 10, 3, OIIO::TypeDesc::UINT8);
+  TextureOptions mirrored;
+  mirrored.wrap_u = TextureWrap::mirror;
+  for (const std::uint64_t limit : {0u, 1u}) {
+    TextureLibrary library(limit);
+    const auto of_a = library.open(a), of_b = library.open(b), other = library.open(a, mirrored);
+    EXPECT_EQ(library.open(a), of_a);
+    EXPECT_EQ(library.find(a, mirrored), other);
+    EXPECT_NE(of_a, of_b);
+    EXPECT_NE(of_a, other);
+  }
+}
+
 TEST_F(TextureFiles, LibraryReadsAFileOnceAndKeepsItsLimit) {
   const std::string a = noise("a.png", 100, 100, 3, OIIO::TypeDesc::UINT8);
   const std::string b = noise("b.png", 100, 100, 3, OIIO::TypeDesc::UINT8);

@@ -624,6 +624,47 @@ TEST(TracerTest, VisitsNoMoreTrianglesAfterTheEnd) {
   EXPECT_EQ(visits, 5);
 }
 
+/// Sheets of one plane that overlap, and boards elsewhere whose places depend on `moment`.
+Scene overlapping_sheets(std::uint32_t moment) {
+  SceneDescription d = floor_description();
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    Sampler sampler(SamplerKind::independent, 4, i, i < 100 ? 0 : moment);
+    const Vec2 u = sampler.next2();
+    const Vec3 corner{2 * u.x - 1.5f, 2 * u.y - 1.5f, i < 100 ? 0 : -0.1f - sampler.next1()};
+    add_quad(d, corner, {1, 0, 0}, {0, 1, 0});
+  }
+  return Scene(std::move(d));
+}
+
+TEST(TracerTest, TiesByNumberStayWhereOtherTrianglesMove) {
+  const std::vector<Ray> rays = [] {
+    std::vector<Ray> out;
+    for (std::uint32_t i = 0; i < 5000; ++i) {
+      Sampler sampler(SamplerKind::independent, 5, i, 0);
+      const Vec2 u = sampler.next2();
+      out.push_back({{2 * u.x - 1, 2 * u.y - 1, 1}, 0, {0.1f * sampler.next1(), 0, -1}, kInfinity});
+    }
+    return out;
+  }();
+  const auto triangles = [&](std::uint32_t moment, TieRule ties) {
+    const Scene scene = overlapping_sheets(moment);
+    std::vector<Hit> hits(rays.size());
+    Tracer(scene, ties).intersect(rays, hits, RayOrder::incoherent);
+    std::vector<std::uint32_t> out;
+    for (const Hit& hit : hits) out.push_back(hit.triangle);
+    return out;
+  };
+  const std::vector<std::uint32_t> first = triangles(0, TieRule::number);
+  for (std::uint32_t moment = 1; moment < 5; ++moment) EXPECT_EQ(triangles(moment, TieRule::number), first) << moment;
+  const std::vector<std::uint32_t> others = triangles(0, TieRule::structure);
+  std::size_t lower = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_LE(first[i], others[i]) << i;
+    lower += first[i] < others[i];
+  }
+  EXPECT_GT(lower, rays.size() / 20);
+}
+
 /// Embree would test each ray against all of them.
 TEST(TracerTest, HoldsOneOfManyEqualTriangles) {
   SceneDescription d = floor_description();

@@ -1,0 +1,145 @@
+#include "photon/kept_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "photon/photon_chunk.h"
+
+namespace glowworm {
+
+namespace {
+
+/// The parts of paths that stay and of those that were followed, in order of paths.
+std::vector<KeptChunk::Part> joined_parts(const KeptChunk& before, const std::vector<bool>& stays,
+                                          const FollowedPaths& followed) {
+  std::vector<KeptChunk::Part> out;
+  out.reserve(before.parts.size() + followed.parts.size());
+  for (const KeptChunk::Part& part : before.parts)
+    if (stays[part.path()]) out.push_back(part);
+  out.insert(out.end(), followed.parts.begin(), followed.parts.end());
+  std::stable_sort(out.begin(), out.end(),
+                   [](const KeptChunk::Part& a, const KeptChunk::Part& b) { return a.path() < b.path(); });
+  out.shrink_to_fit();
+  return out;
+}
+
+/// The photons of a chunk of paths that were followed.
+std::vector<KeptChunk::Photon> photons_of(const PhotonChunk& c, const FollowedPaths& followed) {
+  std::vector<KeptChunk::Photon> out(c.count);
+  std::uint32_t bounce = 0;
+  for (std::size_t i = 0; i < c.count; ++i) {
+    while (i >= followed.ends_of_bounces[bounce]) ++bounce;
+    out[i] = {c.position[i], c.direction[i], c.normal[i], c.flux[i], bounce, static_cast<std::uint16_t>(c.path[i]),
+              c.caustic[i],  c.used[i]};
+  }
+  return out;
+}
+
+/// Makes kept photons those of a chunk.
+void put_photons(const KeptChunk& kept, PhotonChunk& c) {
+  c.count = 0;
+  c.make_room(kept.photons.size());
+  for (const KeptChunk::Photon& photon : kept.photons) {
+    const std::size_t i = c.count++;
+    c.position[i] = photon.position;
+    c.direction[i] = photon.direction;
+    c.normal[i] = photon.normal;
+    c.flux[i] = photon.flux;
+    c.light[i] = kept.emitted[photon.path].light;
+    c.caustic[i] = photon.caustic;
+    c.used[i] = photon.used;
+  }
+}
+
+}  // namespace
+
+std::uint64_t KeptChunk::bytes() const {
+  return emitted.capacity() * sizeof(EmittedPath) + parts.capacity() * sizeof(Part) +
+         photons.capacity() * sizeof(Photon);
+}
+
+void KeptPaths::begin(const Tracer& tracer, const PhotonPassSettings& s, Guides guides, std::uint64_t most_bytes) {
+  Pass pass{s.seed, s.pass, s.max_bounces, s.on_all_surfaces, std::move(guides)};
+  std::optional<std::vector<Box3>> changed;
+  if (pass_ == pass && moment_) changed = moment_->places_changed_in(tracer.scene());
+  if (!changed) clear();
+  changed_ = changed ? BoxTree(std::move(*changed)) : BoxTree();
+  pass_ = std::move(pass);
+  moment_.emplace(tracer.scene());
+  kept_photons_ = 0;
+  ++number_;
+  most_bytes_ = most_bytes;
+}
+
+void KeptPaths::clear() {
+  chunks_.clear();
+  pass_.reset();
+  moment_.reset();
+  bytes_ = 0;
+}
+
+KeptChunk& KeptPaths::chunk(std::uint64_t number) {
+  const std::scoped_lock lock(mutex_);
+  if (number >= chunks_.size()) chunks_.resize(number + 1);
+  if (!chunks_[number]) chunks_[number] = std::make_unique<KeptChunk>();
+  return *chunks_[number];
+}
+
+bool KeptPaths::take_room(std::uint64_t bytes) {
+  std::uint64_t taken = bytes_;
+  do {
+    if (taken + bytes > most_bytes_) return false;
+  } while (!bytes_.compare_exchange_weak(taken, taken + bytes));
+  return true;
+}
+
+bool KeptPaths::meets_nothing(Vec3 origin, std::span<const KeptChunk::Part> parts) const {
+  for (const KeptChunk::Part& part : parts) {
+    // A lamp may be far from all surfaces: the place of a hit is rounded as its distance from there.
+    const float margin = kMarginOfChanges * std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)});
+    const bool meets = part.escapes() ? changed_.meets(origin, part.end, std::numeric_limits<float>::infinity(), margin)
+                                      : changed_.meets(origin, part.end - origin, 1, margin);
+    if (meets) return false;
+    origin = part.end;
+  }
+  return true;
+}
+
+std::vector<bool> KeptPaths::staying_paths(const KeptChunk& before, const std::vector<EmittedPath>& emitted) const {
+  std::vector<bool> out(emitted.size());
+  if (before.moment == 0 || before.moment + 1 != number_) return out;
+  const std::span<const KeptChunk::Part> parts = before.parts;
+  for (std::size_t path = 0, first = 0; path < emitted.size(); ++path) {
+    std::size_t end = first;
+    while (end < parts.size() && parts[end].path() == path) ++end;
+    out[path] = std::memcmp(&emitted[path], &before.emitted[path], sizeof(EmittedPath)) == 0 &&
+                (changed_.empty() || meets_nothing(emitted[path].origin, parts.subspan(first, end - first)));
+    first = end;
+  }
+  return out;
+}
+
+void KeptPaths::join(KeptChunk& before, const std::vector<bool>& stays, const FollowedPaths& followed, KeptChunk now,
+                     PhotonChunk& photons) {
+  now.moment = number_;
+  now.parts = joined_parts(before, stays, followed);
+  const std::vector<KeptChunk::Photon> fresh = photons_of(photons, followed);
+  std::vector<KeptChunk::Photon> old;
+  for (const KeptChunk::Photon& photon : before.photons)
+    if (stays[photon.path]) old.push_back(photon);
+  kept_photons_ += old.size();
+  now.photons.resize(old.size() + fresh.size());
+  std::merge(old.begin(), old.end(), fresh.begin(), fresh.end(), now.photons.begin(),
+             [](const KeptChunk::Photon& a, const KeptChunk::Photon& b) {
+               return std::tie(a.bounce, a.path) < std::tie(b.bounce, b.path);
+             });
+  put_photons(now, photons);
+  bytes_ -= before.bytes();
+  before = take_room(now.bytes()) ? std::move(now) : KeptChunk();
+}
+
+}  // namespace glowworm

@@ -1,0 +1,123 @@
+// Light paths that are kept for other moments of a moving scene.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/box_tree.h"
+#include "core/rgb.h"
+#include "core/vec.h"
+#include "photon/photon_tracer.h"
+#include "scene/changed_places.h"
+
+namespace glowworm {
+
+struct PhotonChunk;
+
+/// A photon as it leaves its light; all bytes 0 if it has no flux.
+struct EmittedPath {
+  Vec3 origin, direction;
+  RGB flux;  ///< W
+  std::uint32_t light = 0;
+};
+
+/// The paths of a chunk of a pass, and their photons.
+struct KeptChunk {
+  /// A photon on a surface, as in PhotonChunk.
+  struct Photon {
+    Vec3 position, direction, normal;
+    RGB flux;
+    std::uint32_t bounce = 0;
+    std::uint16_t path = 0;  ///< in the chunk
+    std::uint8_t caustic = 0, used = 0;
+  };
+  /// The bit of a part that leaves the scene.
+  static constexpr std::uint32_t kEscapes = 0x80000000u;
+  /// A straight part of a path, from where the part before ends.
+  struct Part {
+    Vec3 end;                   ///< the direction, if it leaves the scene
+    std::uint32_t in_path = 0;  ///< path(), and kEscapes
+
+    std::uint32_t path() const { return in_path & ~kEscapes; }  ///< in the chunk
+    bool escapes() const { return (in_path & kEscapes) != 0; }
+  };
+
+  std::uint32_t moment = 0;          ///< number of the pass, from 1; 0: the chunk is not kept
+  std::vector<EmittedPath> emitted;  ///< of each path
+  std::vector<Part> parts;           ///< in order of paths, then of bounces
+  std::vector<Photon> photons;       ///< in order of bounces, then of paths
+
+  std::uint64_t bytes() const;
+};
+
+/// What tracing some paths of a chunk leaves beside its photons.
+struct FollowedPaths {
+  std::vector<KeptChunk::Part> parts;        ///< in order of bounces, then of paths
+  std::vector<std::size_t> ends_of_bounces;  ///< photons up to the end of each bounce
+};
+
+/// A pass of photons, path by path, for the same pass at another moment of the scene: a path stays if it leaves its
+/// light as before and none of its straight parts meets a place that changed. What it leaves then has the bits of a
+/// path that is traced again: random numbers belong to the path, and a hit depends on the ray and the triangle alone
+/// (TieRule::number). Scenes with media keep no paths.
+class KeptPaths {
+ public:
+  /// What guides a pass; null: nothing does.
+  struct Guides {
+    std::shared_ptr<const EmissionGuide> emission;
+    std::shared_ptr<const PhotonImportance> importance;
+    bool operator==(const Guides&) const = default;
+  };
+
+  /// Makes what is kept of the moment before available to a pass. It must be one of PhotonChoice::all without discs,
+  /// and all in this process, by a tracer with TieRule::number.
+  /// @param guides what the pass's guide and importance belong to, kept so that no other has their addresses
+  /// @param most_bytes that paths may take; those for which there is no room are traced again each time
+  void begin(const Tracer& tracer, const PhotonPassSettings& pass, Guides guides, std::uint64_t most_bytes);
+  /// Forgets everything.
+  void clear();
+
+  /// The paths of a chunk, counted from 0. Any thread may call it, each for other chunks; the reference stays.
+  KeptChunk& chunk(std::uint64_t number);
+  /// For each path of a chunk whether it goes as it did before. @param emitted now
+  std::vector<bool> staying_paths(const KeptChunk& before, const std::vector<EmittedPath>& emitted) const;
+  /// Joins paths of a chunk that stay and those that were followed.
+  /// @param before the chunk at the moment before; it becomes that of this one, unless there is no room
+  /// @param now has the emitted paths @param photons of the paths that were followed; then of all
+  void join(KeptChunk& before, const std::vector<bool>& stays, const FollowedPaths& followed, KeptChunk now,
+            PhotonChunk& photons);
+
+  /// Photons of the last pass that were not traced again.
+  std::uint64_t kept_photons() const { return kept_photons_; }
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  /// What the paths of a pass depend on beside scene and light.
+  struct Pass {
+    std::uint32_t seed, pass;
+    int max_bounces;
+    bool on_all_surfaces;
+    Guides guides;
+    bool operator==(const Pass&) const = default;
+  };
+
+  /// Whether there is room for so many more bytes, which are then taken.
+  bool take_room(std::uint64_t bytes);
+  /// Whether the parts of a path meet no place that changed.
+  bool meets_nothing(Vec3 origin, std::span<const KeptChunk::Part> parts) const;
+
+  std::optional<Pass> pass_;
+  std::optional<SceneMoment> moment_;
+  std::uint32_t number_ = 0;  // of the pass; a pass may need fewer chunks than the one before
+  BoxTree changed_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<KeptChunk>> chunks_;
+  std::atomic<std::uint64_t> bytes_ = 0, kept_photons_ = 0;
+  std::uint64_t most_bytes_ = 0;
+};
+
+}  // namespace glowworm

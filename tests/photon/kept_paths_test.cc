@@ -1,0 +1,276 @@
+// Photons of a scene that moves: those of paths that are kept have the bits of paths that are traced.
+#include "photon/kept_paths.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+#include "builtin/builtin.h"
+#include "core/random.h"
+#include "core/warp.h"
+#include "scene/light_rig.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+using ScenePointer = std::shared_ptr<const Scene>;
+
+template <typename Array>
+bool have_same_bits(const Array& a, const Array& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
+}
+
+bool have_same_photons(const PhotonBatch& a, const PhotonBatch& b) {
+  return have_same_bits(a.position, b.position) && have_same_bits(a.direction, b.direction) &&
+         have_same_bits(a.flux, b.flux) && have_same_bits(a.normal, b.normal);
+}
+
+PhotonPass shoot_at(const Scene& scene, KeptPaths* kept, std::uint64_t most_bytes = 1u << 30, std::uint32_t seed = 3) {
+  const Tracer tracer(scene, TieRule::number);
+  PhotonPassSettings settings;
+  settings.photons = 60000;
+  settings.seed = seed;
+  settings.keep_sources = true;
+  settings.kept = kept;
+  if (kept) kept->begin(tracer, settings, {}, most_bytes);
+  Statistics statistics;
+  return trace_photons(tracer, settings, statistics);
+}
+
+/// Traces the photons of a moment with those kept of others, and anew. Returns the share of photons that were kept.
+double expect_bits_of_fresh_photons(const Scene& scene, KeptPaths& kept) {
+  const PhotonPass some = shoot_at(scene, &kept), all = shoot_at(scene, nullptr);
+  EXPECT_TRUE(have_same_photons(some.global, all.global));
+  EXPECT_TRUE(have_same_photons(some.caustic, all.caustic));
+  EXPECT_EQ(some.emitted, all.emitted);
+  EXPECT_EQ(some.global_source, all.global_source);
+  EXPECT_EQ(some.stored_by_light, all.stored_by_light);
+  EXPECT_EQ(some.used_by_light, all.used_by_light);
+  return static_cast<double>(kept.kept_photons()) / static_cast<double>(some.global.size());
+}
+
+/// A built-in scene with a board somewhere in its middle that is turned anyhow.
+Scene with_board(const char* name, std::uint32_t moment, std::uint32_t material = 0) {
+  SceneDescription d = builtin_scene(name);
+  const Box3 box = d.geometry.bounds();
+  Sampler sampler(SamplerKind::independent, 5, 0, moment);
+  const Vec2 u = sampler.next2(), size = sampler.next2();
+  const Vec3 size_of_all = box.diagonal(), share{0.3f + 0.4f * u.x, 0.3f + 0.4f * u.y, 0.3f + 0.4f * sampler.next1()};
+  const Vec3 corner = box.min + Vec3{size_of_all.x * share.x, size_of_all.y * share.y, size_of_all.z * share.z};
+  const Vec3 normal = square_to_sphere(sampler.next2());
+  const Frame frame = Frame::from_normal(normal);
+  const float side = 0.15f * std::min({size_of_all.x, size_of_all.y, size_of_all.z});
+  add_quad(d, corner, frame.s * (side * (0.1f + size.x)), frame.t * (side * (0.1f + size.y)), material);
+  return Scene(std::move(d));
+}
+
+TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereABoardMoves) {
+  for (const char* name : {"cornell", "atrium", "ajar", "glass-sphere", "window-room"}) {
+    SCOPED_TRACE(name);
+    KeptPaths kept;
+    for (std::uint32_t moment = 0; moment < 6; ++moment) {
+      const double share = expect_bits_of_fresh_photons(with_board(name, moment), kept);
+      if (moment == 0) {
+        EXPECT_EQ(share, 0);
+      } else {
+        EXPECT_GT(share, 0.05) << moment;
+      }
+    }
+  }
+}
+
+TEST(KeptPaths, AllStayWhereNothingMoves) {
+  KeptPaths kept;
+  expect_bits_of_fresh_photons(with_board("cornell", 1), kept);
+  EXPECT_EQ(expect_bits_of_fresh_photons(with_board("cornell", 1), kept), 1);
+}
+
+TEST(KeptPaths, NoneStaysWhereABoardChangesItsMaterialOrMore) {
+  SceneDescription d = builtin_scene("cornell");
+  KeptPaths kept;
+  expect_bits_of_fresh_photons(Scene(d), kept);
+  d.materials[0].reflectance.value = RGB(0.3f);
+  EXPECT_EQ(expect_bits_of_fresh_photons(Scene(d), kept), 0) << "another colour";
+  d.geometry.begin_object("another");
+  add_quad(d, {}, {0.1f, 0, 0}, {0, 0.1f, 0});
+  EXPECT_EQ(expect_bits_of_fresh_photons(Scene(d), kept), 0) << "another object";
+  expect_bits_of_fresh_photons(with_board("cornell", 1), kept);
+  shoot_at(with_board("cornell", 1), &kept, 1u << 30, 4);
+  EXPECT_EQ(kept.kept_photons(), 0u) << "another seed";
+}
+
+/// A room where a board of two triangles is elsewhere at each moment. At some, one of them has no area and is left out.
+Scene with_thin_board(std::uint32_t moment) {
+  SceneDescription d = builtin_scene("cornell");
+  const std::size_t own = d.geometry.triangles.size();
+  const Vec3 middle = d.geometry.bounds().center(), size = d.geometry.bounds().diagonal();
+  d.geometry.begin_object("board");
+  add_quad(d, middle + size * (0.03f * static_cast<float>(moment)), {0.1f * size.x, 0, 0}, {0, 0.1f * size.y, 0}, 0);
+  if (moment % 2 == 1) {
+    d.geometry.triangles.erase(d.geometry.triangles.begin() + static_cast<std::ptrdiff_t>(own));
+    d.geometry.material.pop_back();
+    d.geometry.emission.pop_back();
+  }
+  d.geometry.begin_object("far board");
+  add_quad(d, middle - size * 0.3f, {0.1f * size.x, 0, 0}, {0, 0.1f * size.y, 0}, 0);
+  return Scene(std::move(d));
+}
+
+TEST(KeptPaths, StayWhereAnObjectThatMovesHasOtherTriangles) {
+  KeptPaths kept;
+  for (std::uint32_t moment = 0; moment < 5; ++moment) {
+    const double share = expect_bits_of_fresh_photons(with_thin_board(moment), kept);
+    if (moment > 0) {
+      EXPECT_GT(share, 0.5);
+    }
+  }
+}
+
+/// A room with two lamps, as a rig's scene.
+ScenePointer room_with_lamps() {
+  SceneDescription d = builtin_scene("cornell");
+  const Box3 box = d.geometry.bounds();
+  Light lamp;
+  lamp.name = "bulb";
+  lamp.intensity = RGB(0.3f);
+  lamp.position = box.center();
+  d.lights.push_back(lamp);
+  return std::make_shared<const Scene>(std::move(d));
+}
+
+TEST(KeptPaths, AMovedLampChangesItsOwnPhotons) {
+  const ScenePointer scene = room_with_lamps();
+  const LightRig rig(scene);
+  std::vector<LightEdit> edits(rig.lights().size());
+  for (std::size_t moved = 0; moved < edits.size(); ++moved) {
+    SCOPED_TRACE(rig.lights()[moved].name);
+    KeptPaths kept;
+    for (std::uint32_t moment = 0; moment < 4; ++moment) {
+      Sampler sampler(SamplerKind::independent, 6, 0, moment);
+      edits.assign(edits.size(), {});
+      edits[moved].move = square_to_sphere(sampler.next2()) * 0.05f;
+      edits[moved].turn = square_to_sphere(sampler.next2()) * 0.1f;
+      const ScenePointer lit = rig.edited(edits);
+      SceneEdit edit{lit->emissions(), lit->lights(), lit->environment(), lit->shared_geometry(), {}, ""};
+      edit.lit_as = scene->light_powers();
+      const Scene now(*lit, std::move(edit));
+      const double share = expect_bits_of_fresh_photons(now, kept);
+      if (moment > 0) {
+        EXPECT_GT(share, 0.02);
+        EXPECT_LT(share, 0.98);
+      }
+    }
+  }
+}
+
+TEST(KeptPaths, AreTracedAgainWhereThereIsNoRoom) {
+  KeptPaths kept;
+  const Scene scene = with_board("cornell", 1);
+  const PhotonPass first = shoot_at(scene, &kept, 2'000'000), again = shoot_at(scene, &kept, 2'000'000);
+  EXPECT_TRUE(have_same_photons(first.global, again.global));
+  EXPECT_GT(kept.kept_photons(), 0u);
+  EXPECT_LT(kept.kept_photons(), again.global.size());
+  EXPECT_LE(kept.bytes(), 2'000'000u);
+}
+
+/// Sheets of one plane that overlap, in a room with a board that is elsewhere at each moment.
+Scene with_sheets(std::uint32_t moment) {
+  SceneDescription d = builtin_scene("cornell");
+  const Box3 box = d.geometry.bounds();
+  const Vec3 size = box.diagonal();
+  auto mesh = std::make_shared<Geometry>();
+  mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+  mesh->normals.assign(3, {0, 0, 0});
+  mesh->uvs.assign(3, {0, 0});
+  mesh->triangles = {{0, 1, 2}};
+  mesh->material = {0};
+  mesh->emission = {kNone};
+  d.geometry.meshes.push_back(mesh);
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    Sampler sampler(SamplerKind::independent, 9, i, 0);
+    const Vec2 u = sampler.next2();
+    const Vec3 corner{box.min.x + size.x * u.x, box.center().y, box.min.z + size.z * u.y};
+    if (i % 2 == 0) {
+      add_quad(d, corner, {0.3f * size.x, 0, 0}, {0, 0, 0.3f * size.z}, 0);
+    } else {
+      Transform place;
+      place.translation = corner;
+      d.geometry.instances.push_back({place, 0, 0, 0});
+    }
+  }
+  Sampler sampler(SamplerKind::independent, 9, 0, moment);
+  const Vec3 corner =
+      box.min + Vec3{size.x * 0.5f * sampler.next1(), size.y * sampler.next1(), size.z * sampler.next1()};
+  add_quad(d, corner, {0.1f * size.x, 0, 0}, {0, 0.1f * size.y, 0}, 0);
+  return Scene(std::move(d));
+}
+
+TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereSheetsOfOnePlaneOverlap) {
+  KeptPaths kept;
+  for (std::uint32_t moment = 0; moment < 6; ++moment) {
+    const double share = expect_bits_of_fresh_photons(with_sheets(moment), kept);
+    if (moment > 0) {
+      EXPECT_GT(share, 0.5);
+    }
+  }
+}
+
+/// A room with a spot lamp far away, and a small board that moves a little at each moment.
+Scene with_far_lamp(std::uint32_t moment) {
+  SceneDescription d = builtin_scene("cornell");
+  const Box3 box = d.geometry.bounds();
+  Light lamp;
+  lamp.kind = LightKind::spot;
+  lamp.position = box.center() + Vec3{0, 0, 1000 * length(box.diagonal())};
+  lamp.intensity = RGB(1e8f);
+  lamp.cos_inner = 1 - 2e-7f;
+  lamp.cos_outer = 1 - 4e-7f;
+  d.lights.push_back(lamp);
+  const float shift = 1e-4f * length(box.diagonal()) * static_cast<float>(moment);
+  add_quad(d, box.center() + Vec3{shift, 0, 0}, {0.1f * box.diagonal().x, 0, 0}, {0, 0.1f * box.diagonal().y, 0}, 0);
+  return Scene(std::move(d));
+}
+
+TEST(KeptPaths, HaveTheBitsOfFreshPathsFromAFarLamp) {
+  KeptPaths kept;
+  for (std::uint32_t moment = 0; moment < 4; ++moment) expect_bits_of_fresh_photons(with_far_lamp(moment), kept);
+}
+
+/// A room where one of many boulders, which are instances of a mesh, is elsewhere at each moment.
+Scene with_instances(std::uint32_t moment) {
+  SceneDescription d = builtin_scene("cornell");
+  const Box3 box = d.geometry.bounds();
+  auto mesh = std::make_shared<Geometry>();
+  mesh->positions = {{-0.05f, 0, 0}, {0.05f, 0, 0}, {0, 0.1f, 0}};
+  mesh->normals.assign(3, {0, 0, 0});
+  mesh->uvs.assign(3, {0, 0});
+  mesh->triangles = {{0, 1, 2}};
+  mesh->material = {0};
+  mesh->emission = {kNone};
+  d.geometry.meshes.push_back(mesh);
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    Sampler sampler(SamplerKind::independent, 7, i, i == 3 ? moment : 0);
+    const Vec2 u = sampler.next2();
+    Transform place;
+    place.translation =
+        box.min + Vec3{box.diagonal().x * u.x, box.diagonal().y * u.y, box.diagonal().z * sampler.next1()};
+    d.geometry.instances.push_back({place, 0, 0, 0});
+  }
+  return Scene(std::move(d));
+}
+
+TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereInstancesMove) {
+  KeptPaths kept;
+  for (std::uint32_t moment = 0; moment < 4; ++moment) {
+    const double share = expect_bits_of_fresh_photons(with_instances(moment), kept);
+    if (moment > 0) {
+      EXPECT_GT(share, 0.5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
