@@ -91,6 +91,7 @@ Opened open_render(RenderOptions& o, OutputFiles& files, bool helps, std::shared
   out.start = Clock::now();
   out.import.budget = loading_budget(o.settings.memory_bytes);
   if (motion) out.import.textures = texture_library(out.import.budget);
+  if (motion && !(motion->is_still && motion->slice_count() == 0)) out.import.gltf = gltf_reader();
   ImportOptions import_options = out.import;
   import_options.motion = std::move(motion);
   out.scene = open_scene(o.scene, import_options, o.changes.changes, &files);

@@ -68,6 +68,7 @@ std::shared_ptr<const Scene> open_view_scene(const ViewOptions& o, const std::st
   options.budget = loading_budget(memory_bytes);
   if (has_moments(path)) {
     options.textures = texture_library(options.budget);
+    options.gltf = gltf_reader();
     options.motion = std::make_shared<SceneMotion>();
     options.motion->is_still = true;
     options.motion->frames = 1;

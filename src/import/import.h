@@ -14,6 +14,7 @@
 namespace glowworm {
 
 struct GltfParts;
+class GltfReader;
 class TextureLibrary;
 
 /// A memory budget for loading a scene. @param bytes 0: half of the machine's memory
@@ -21,6 +22,9 @@ std::shared_ptr<MemoryBudget> loading_budget(std::uint64_t bytes = 0);
 
 /// Textures for imports of one file at several moments, which then read each texture once.
 std::shared_ptr<TextureLibrary> texture_library(const std::shared_ptr<MemoryBudget>& budget);
+
+/// What is read of a glTF file, for imports of one file at several moments, which then read it once.
+std::shared_ptr<GltfReader> gltf_reader();
 
 /// A moment of a scene that moves.
 struct Moment {
@@ -84,6 +88,8 @@ struct ImportOptions {
   std::string assimp_program = {};
   /// Textures of earlier imports with the same budget; null: none.
   std::shared_ptr<TextureLibrary> textures = {};
+  /// What earlier imports with the same budget have read of the same glTF file; null: none.
+  std::shared_ptr<GltfReader> gltf = {};
 };
 
 /// Whether the name means a built-in scene, "builtin:NAME", known or not.

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -23,6 +25,7 @@
 #include "import/gltf/mesh.h"
 #include "import/gltf/parts.h"
 #include "import/gltf/pose.h"
+#include "import/gltf/reader.h"
 #include "import/gltf/value.h"
 #include "import/ies/luminaire.h"
 #include "import/instance_keeper.h"
@@ -51,11 +54,11 @@ Vec3 unit_or(Vec3 v, Vec3 otherwise) {
 /// Builds a scene description from a document.
 class GltfBuilder {
  public:
-  GltfBuilder(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin)
+  GltfBuilder(const GltfDocument& document, GltfMeshes& meshes, const ImportOptions& options, CoordinateOrigin& origin)
       : origin_(origin),
         document_(document),
         model_(*document.model),
-        meshes_(*options.budget, "meshes", 0),
+        meshes_(meshes),
         triangles_(*options.budget, "triangles", 0),
         keeper_(description_.geometry, origin, triangles_),
         textures_(options, notes_),
@@ -227,15 +230,12 @@ class GltfBuilder {
 
   /// A primitive of a mesh, read on first use.
   const Geometry& primitive(int mesh, std::size_t index, const GltfMaterialInfo& info, const std::string& where) {
-    const auto key = std::pair(mesh, index);
-    const auto found = primitives_.find(key);
-    if (found != primitives_.end()) return found->second;
-    const tinygltf::Primitive& source = model_.meshes[static_cast<std::size_t>(mesh)].primitives[index];
-    GltfUvSets uv_sets = info.uv_sets;
-    if (light_uvs_ && uv_sets.second < 0) uv_sets.second = 1;
-    Geometry fresh = read_gltf_primitive(document_, source, uv_sets, where, notes_);
-    meshes_.grow(mesh_bytes(fresh));
-    return primitives_.emplace(key, std::move(fresh)).first->second;
+    return meshes_.primitive(mesh, index, [&] {
+      const tinygltf::Primitive& source = model_.meshes[static_cast<std::size_t>(mesh)].primitives[index];
+      GltfUvSets uv_sets = info.uv_sets;
+      if (light_uvs_ && uv_sets.second < 0) uv_sets.second = 1;
+      return read_gltf_primitive(document_, source, uv_sets, where, notes_);
+    });
   }
 
   /// Calls `use` for each primitive of a mesh, with its material and its name for messages.
@@ -500,7 +500,8 @@ class GltfBuilder {
   const tinygltf::Model& model_;
   NoteCounter notes_;
   SceneDescription description_;
-  Reservation meshes_, triangles_;
+  GltfMeshes& meshes_;
+  Reservation triangles_;
   InstanceKeeper keeper_;
   TextureCache textures_;
   GltfMaterials materials_;
@@ -514,7 +515,6 @@ class GltfBuilder {
   std::vector<PlacedNode> placed_;                                     ///< in the order of the file's tree
   std::map<int, std::vector<GltfPart>> shared_parts_;                  // of each mesh that is instanced
   std::vector<std::pair<std::size_t, std::uint32_t>> instance_parts_;  ///< numbers of a part and its instance
-  std::map<std::pair<int, std::size_t>, Geometry> primitives_;
   std::map<std::size_t, GltfMaterialInfo> tinted_;
   std::set<int> visited_;
 };
@@ -523,17 +523,20 @@ class GltfBuilder {
 
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin) {
   const InputRecord record;
-  const GltfDocument document = read_gltf_document(path, options);
+  const std::shared_ptr<GltfReader> reader = options.gltf ? options.gltf : gltf_reader();
+  const GltfDocument& document = reader->document(path, options);
   const std::set<std::string> data_files = record.names();
-  SceneDescription description = build_gltf_scene(document, options, origin);
+  SceneDescription description = build_gltf_scene(document, options, origin, &reader->meshes());
   if (options.gltf_parts) options.gltf_parts->data_files = data_files;
   return description;
 }
 
-SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options,
-                                  CoordinateOrigin& origin) {
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin,
+                                  GltfMeshes* meshes) {
+  std::optional<GltfMeshes> own;
+  if (!meshes) meshes = &own.emplace(options.budget);
   if (options.gltf_parts) *options.gltf_parts = {document.path, {}, {}};
-  SceneDescription description = GltfBuilder(document, options, origin).build();
+  SceneDescription description = GltfBuilder(document, *meshes, options, origin).build();
   if (description.geometry.triangle_count() == 0) {
     throw Error({document.path}, "has no triangles that can be shown", "Export the meshes with it.");
   }

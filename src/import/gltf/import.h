@@ -16,8 +16,10 @@ namespace glowworm {
 SceneDescription load_gltf(const std::string& path, const ImportOptions& options, CoordinateOrigin& origin);
 
 struct GltfDocument;
+class GltfMeshes;
 
-/// Builds the scene of a document. Throws Error as load_gltf() does.
-SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin);
+/// Builds the scene of a document. Throws Error as load_gltf() does. @param meshes of the document; null: read for this
+SceneDescription build_gltf_scene(const GltfDocument& document, const ImportOptions& options, CoordinateOrigin& origin,
+                                  GltfMeshes* meshes = nullptr);
 
 }  // namespace glowworm
