@@ -40,7 +40,7 @@ class OctreeOrder {
         small.push_back(cell);
         continue;
       }
-      const std::array<std::size_t, 9> ends = divide_parallel(cell);
+      const std::array<std::size_t, 9> ends = divide(cell);
       for (unsigned place = 8; place-- > 0;) large.push_back(child(cell, ends, place));
     }
     parallel_for_each(small.size(), 4, [&](std::size_t i) { order_within(small[i]); });
@@ -65,22 +65,6 @@ class OctreeOrder {
 
   /// Sorts the points of a cell by octant; returns where the points of each child begin, and the end.
   std::array<std::size_t, 9> divide(const Cell& cell) {
-    std::array<std::size_t, 8> next{};
-    for (std::size_t i = cell.first; i < cell.last; ++i) ++next[place_of(points_[i], cell)];
-    std::array<std::size_t, 9> ends{};
-    ends[0] = cell.first;
-    for (unsigned place = 0; place < 8; ++place) {
-      ends[place + 1] = ends[place] + next[place];
-      next[place] = ends[place];
-    }
-    for (std::size_t i = cell.first; i < cell.last; ++i) scratch_[next[place_of(points_[i], cell)]++] = points_[i];
-    std::copy(scratch_.begin() + static_cast<std::ptrdiff_t>(cell.first),
-              scratch_.begin() + static_cast<std::ptrdiff_t>(cell.last),
-              points_.begin() + static_cast<std::ptrdiff_t>(cell.first));
-    return ends;
-  }
-
-  std::array<std::size_t, 9> divide_parallel(const Cell& cell) {
     const std::size_t pieces = (cell.last - cell.first + kReorderPiece - 1) / kReorderPiece;
     std::vector<std::array<std::size_t, 8>> next(pieces);
     parallel_for(cell.first, cell.last, kReorderPiece, [&](std::size_t first, std::size_t last) {

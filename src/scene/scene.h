@@ -117,7 +117,6 @@ class Scene {
   }
   /// Whether diffuse_triangle() is stored, and `triangle` is not kNone.
   bool stores(std::uint32_t triangle) const { return triangle < stored_triangles_; }
-  void prefetch(std::uint32_t stored) const { __builtin_prefetch(&(*diffuse_triangles_)[stored]); }
   /// Whether a triangle repeats an earlier one (repeated_triangles()). No ray hits it, and it emits no light.
   bool repeats(std::uint32_t triangle) const { return triangle < repeated_->size() && (*repeated_)[triangle]; }
   const std::vector<Material>& materials() const { return d_.materials; }
