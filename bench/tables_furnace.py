@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""White materials in a white furnace by all integrators: bench/results/furnace.md.
+"""White materials in a white furnace by all integrators and by bakes: bench/results/furnace.md.
 
 A plane that absorbs nothing, or a ball of glass, lies in light of radiance 1 from all sides. A camera looks at the plane
-at angles of 25 to 65 degrees. Every pixel should be 1.
+at angles of 25 to 65 degrees. Every pixel and every texel should be 1.
 
 usage: tables_furnace.py [MATERIAL...]     some of the materials, by the beginning of their names
 """
 import base64
 import json
+import math
 import os
 import struct
+import subprocess
 import sys
 import tempfile
 import zlib
@@ -20,20 +22,30 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, "build/release/python"))
 import glowworm  # noqa: E402
 
+PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 ALPHAS = (0.0, 0.3, 1.0)
 EYE = (0, 2, 2)
-# Samples are for a standard error of about 0.002 to 0.004.
+# Renders of each cell differ in their seed. The spread of the first ones tells how many this standard error takes.
+FIRST, MOST, ERROR = 4, 24, 0.0014
+# Photons are counted on the part of the plane that is seen: only many would have that error.
+MOST_BY_PHOTONS = 4
 INTEGRATORS = {
     "path": {"integrator": "path", "samples": 32},
-    "gather": {"integrator": "gather", "samples": 4, "photons": 50_000},
-    "gather, engine knn": {"integrator": "gather", "engine": "knn", "samples": 4, "photons": 50_000},
-    "photons": {"integrator": "photons", "samples": 8, "photons": 50_000},
+    "gather": {"integrator": "gather", "samples": 16, "photons": 2_000, "no_guiding": True},
+    "gather, engine knn": {"integrator": "gather", "engine": "knn", "samples": 16, "photons": 2_000, "no_guiding": True},
+    "photons": {"integrator": "photons", "samples": 4, "photons": 60_000},
 }
+BAKE = {"samples": 4, "photons": 2_000, "atlas": 64}
+COLUMNS = (*INTEGRATORS, "bake")
 HEAD = """# White materials in a furnace
 
 Written by `bench/tables_furnace.py`. A plane that absorbs nothing, or a ball of glass, in light of radiance 1 from all
-sides; the plane is seen at angles of 25 to 65 degrees: mean over pixels and its standard error by pixels. It should be 1.
-Pixels near each other see the same photons, so that the errors of photons are larger than stated.
+sides. It should be 1. For each integrator: mean over the pixels of a picture that sees the plane at angles of 25 to 65
+degrees, over renders of different seeds, and its standard error by their spread. For bakes: the same over the texels of
+bakes, which show the light that the plane reflects; '-' is a material that bakes leave as it is. Bakes show no light
+that passes through a material.
+
+%d of %d cells are further from 1 than 0.5%% and two standard errors.
 
 | material | alpha | %s |
 | --- | ---: | %s |
@@ -45,7 +57,7 @@ LightSource "infinite" "rgb L" [1 1 1]
 Material "%s" %s
 %s
 """
-PLANE = 'Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-5 0 5  5 0 5  5 0 -5  -5 0 -5]'
+PLANE = 'Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-3 0 3  3 0 3  3 0 -3  -3 0 -3]'
 BALL = 'Shape "sphere" "float radius" 1.5'
 
 
@@ -87,8 +99,8 @@ def gltf(metallic=0.0, **extensions):
         roughness = alpha ** 0.5
         factors = {"KHR_materials_" + name: {key: roughness if value is None else value for key, value in factor.items()}
                    for name, factor in extensions.items()}
-        plane = [-5, 0, 5, 5, 0, 5, 5, 0, -5, -5, 0, -5]
-        box = [x for i in range(8) for x in (12 * (i & 1) - 6, 4 * (i & 2) - 4, 3 * (i & 4) - 6)]
+        plane = [-3, 0, 3, 3, 0, 3, 3, 0, -3, -3, 0, -3]
+        box = [x for i in range(8) for x in (8 * (i & 1) - 4, 3 * (i & 2) - 3, 2 * (i & 4) - 4)]
         corners = [0, 1, 2, 0, 2, 3]
         # The walls face inwards.
         walls = [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3]
@@ -102,7 +114,7 @@ def gltf(metallic=0.0, **extensions):
         counts = ((4, "VEC3", 5126), (8, "VEC3", 5126), (4, "VEC2", 5126), (6, "SCALAR", 5123), (36, "SCALAR", 5123))
         accessors = [{"bufferView": i, "count": n, "type": kind, "componentType": number}
                      for i, (n, kind, number) in enumerate(counts)]
-        for i, bound in ((0, (5, 0, 5)), (1, (6, 4, 6))):
+        for i, bound in ((0, (3, 0, 3)), (1, (4, 3, 4))):
             accessors[i].update(min=[-x for x in bound], max=list(bound))
         black = {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0},
                  "emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
@@ -148,35 +160,70 @@ MATERIALS = {
 }
 
 
-def furnace(folder, material, alpha):
+def file_of(folder, material, alpha):
     suffix, text = material(alpha)
     path = os.path.join(folder, "furnace" + suffix)
     with open(path, "w") as file:
         file.write(text)
-    return glowworm.Scene.load(path)
+    return path
+
+
+def over_seeds(value, most=MOST):
+    """Mean of value(seed) over as many seeds as its spread asks for, and its standard error."""
+    values = [value(seed) for seed in range(FIRST)]
+    wanted = math.ceil(FIRST * (np.std(values, ddof=1) / FIRST ** 0.5 / ERROR) ** 2)
+    values += [value(seed) for seed in range(FIRST, min(wanted, most))]
+    return np.mean(values), np.std(values, ddof=1) / len(values) ** 0.5
+
+
+def baked(scene, path, folder, seed):
+    """Mean of the texels that a bake writes; None if it leaves the material as it is."""
+    picture = os.path.join(folder, "atlas.exr")
+    options = [f"--{name}={value}" for name, value in BAKE.items()]
+    run = subprocess.run([PROGRAM, "bake", path, "-q", "-o", os.path.join(folder, "baked.glb"), "--exposure=0", "--filter=off",
+                          f"--seed={seed}", f"--atlas-picture={picture}", "--no-guiding", *options], capture_output=True, text=True)
+    if "no surface to bake" in run.stderr:
+        return None
+    if run.returncode != 0:
+        raise RuntimeError(run.stderr)
+    return glowworm.Picture.read(picture)["image"].mean()
+
+
+def measured(column, scene, path, folder, more):
+    """Mean and standard error of a cell; None if there is no such thing."""
+    if column == "bake":
+        if baked(scene, path, folder, 0) is None:
+            return None
+        return over_seeds(lambda seed: baked(scene, path, folder, seed))
+    camera = glowworm.Camera(EYE, (0, 0, 0), field_of_view=40)
+    settings = {**INTEGRATORS[column], "size": (16, 16), "filter": False, "progress": False}
+    settings["samples"] *= more
+    return over_seeds(lambda seed: glowworm.render(scene, camera=camera, seed=seed, **settings).image.mean(),
+                      MOST_BY_PHOTONS if column == "photons" else MOST)
 
 
 def main(wanted):
-    rows = []
-    camera = glowworm.Camera(EYE, (0, 0, 0), field_of_view=40)
+    rows, cells, off = [], 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for name, material in MATERIALS.items():
             if wanted and not name.startswith(tuple(wanted)):
                 continue
             for alpha in ALPHAS:
-                scene = furnace(folder, material, alpha)
-                cells = []
-                for chosen in INTEGRATORS.values():
+                path = file_of(folder, material, alpha)
+                scene = glowworm.Scene.load(path)
+                row = []
+                for column in COLUMNS:
                     # Paths in rough glass have much noise, and cost little.
-                    more = 8 if "glass ball" in name else 1
-                    settings = {**chosen, "samples": more * chosen["samples"]}
-                    picture = glowworm.render(scene, camera=camera, size=(16, 16), filter=False, progress=False, **settings)
-                    values = picture.image.mean(axis=2).ravel()
-                    cells.append(f"{values.mean():.4f} +- {values.std() / len(values) ** 0.5:.4f}")
-                rows.append(f"| {name} | {alpha} | {' | '.join(cells)} |")
+                    found = measured(column, scene, path, folder, 4 if "glass ball" in name else 1)
+                    row.append("-" if found is None else "%.4f +- %.4f" % found)
+                    if found is not None:
+                        cells += 1
+                        off += abs(found[0] - 1) > 0.005 + 2 * found[1]
+                rows.append(f"| {name} | {alpha} | {' | '.join(row)} |")
                 print(rows[-1], flush=True)
     with open(os.path.join(ROOT, "bench/results/furnace.md"), "w") as page:
-        page.write(HEAD % (" | ".join(INTEGRATORS), " | ".join("---:" for _ in INTEGRATORS)) + "\n".join(rows) + "\n")
+        head = HEAD % (off, cells, " | ".join(COLUMNS), " | ".join("---:" for _ in COLUMNS))
+        page.write(head + "\n".join(rows) + "\n")
 
 
 if __name__ == "__main__":
