@@ -42,7 +42,7 @@ struct BlockMemory {
   GatherPoints points;                  // the one or the other
   QueryPoints queries;
   VolumeSegments segments;
-  // Light of directional lights that a surface sample of each pixel finds, before shadow rays.
+  // Light of directional lights that surface samples find at one bounce, before shadow rays.
   std::vector<UnoccludedLight> suns;
   std::vector<std::uint32_t> sun_slots;
 };
@@ -79,7 +79,6 @@ class BlockTracer {
     for (std::uint32_t i = 0; settings_.fine && i < kSurfaceSamples; ++i) {
       sequence_ = CameraSequence(i);
       follow_paths(x0, y0);
-      add_suns();
     }
   }
   std::uint64_t rays_traced() const { return rays_traced_; }
@@ -92,6 +91,7 @@ class BlockTracer {
     intersect_camera_rays();
     for (std::size_t i = 0; i < camera_rays_.rays.size(); ++i) see(i);
     keep_paths(paths_.size());
+    add_suns();
     for (int bounce = 1; !paths_.empty(); ++bounce) {
       intersect();
       std::size_t kept = 0;
@@ -99,6 +99,7 @@ class BlockTracer {
         if (reach(paths_[i], hits_[i], RayOrder::incoherent) && advance(paths_[i], hits_[i], bounce))
           paths_[kept++] = paths_[i];
       keep_paths(kept);
+      add_suns();
     }
   }
 
@@ -243,6 +244,7 @@ class BlockTracer {
 
   /// Adds the suns that nothing hides.
   void add_suns() {
+    if (memory_.suns.empty()) return;
     const std::vector<RGB> passed = passed_shares(tracer_, memory_.suns);
     for (std::size_t i = 0; i < passed.size(); ++i)
       if (!is_black(passed[i]))

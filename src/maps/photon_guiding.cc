@@ -91,6 +91,14 @@ GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadi
   return points;
 }
 
+/// PhotonImportance::box
+Box3 box_of(const Scene& scene, const View& view, const QueryPoints& seen) {
+  Box3 out = scene.bounds();
+  for (const Camera* const camera : view.cameras()) out.grow(camera->to_world.point({0, 0, 0}));
+  for (const Vec3 position : seen.position) out.grow(position);
+  return out;
+}
+
 PhotonImportance find_importance(const Tracer& tracer, const View& view, const RenderSettings& settings) {
   SlotRadiance radiance;
   const GatherPoints points = view.points ? coarse_points(tracer, *view.points, radiance)
@@ -99,6 +107,7 @@ PhotonImportance find_importance(const Tracer& tracer, const View& view, const R
   PhotonImportance importance;
   const QueryPoints seen = gather_points_as_queries(points);
   importance.seen = grid_of(seen);
+  importance.box = box_of(tracer.scene(), view, seen);
   if (settings.integrator == Integrator::photons) {
     importance.gathered = importance.seen;
     return importance;
@@ -182,11 +191,13 @@ PhotonGuiding guide_photons(const Tracer& tracer, const View& view, const Render
   if (!shared) return learn_guiding(tracer, view, settings);
   const auto make = [&](std::size_t) {
     const PhotonGuiding made = learn_guiding(tracer, view, settings);
-    return archived(made.guide, made.importance.gathered, made.importance.seen);
+    return archived(made.guide, made.importance.gathered, made.importance.seen, made.importance.box.min,
+                    made.importance.box.max);
   };
   PhotonGuiding out;
   const auto take = [&](std::size_t, std::span<const std::byte> bytes) {
-    unarchive(bytes, out.guide, out.importance.gathered, out.importance.seen);
+    unarchive(bytes, out.guide, out.importance.gathered, out.importance.seen, out.importance.box.min,
+              out.importance.box.max);
   };
   shared->divide("photon-guide", 1, make, take);
   return out;

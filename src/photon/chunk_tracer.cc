@@ -49,6 +49,17 @@ void add(std::array<double, 3>& sum, RGB flux) {
   for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += static_cast<double>(flux[c]);
 }
 
+/// Around surfaces, lamps without size that have a place, and what the picture needs; empty where there are no
+/// surfaces.
+Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
+  Box3 box = scene.bounds();
+  if (box.empty()) return box;
+  if (importance && !importance->box.empty()) box.grow(importance->box);
+  for (const Light& light : scene.lights())
+    if (light.kind != LightKind::directional) box.grow(light.position);
+  return box;
+}
+
 }  // namespace
 
 class ChunkTracers::ChunkTracer {
@@ -200,7 +211,7 @@ class ChunkTracers::ChunkTracer {
                        float u) {
     const Ray& ray = path.ray;
     const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
-    const Vec3 to_middle = scene_.bounds().center() - ray.origin;
+    const Vec3 to_middle = looked_at_.center() - ray.origin;
     const float nearest = std::clamp(dot(to_middle, ray.direction), span.first, std::max(span.first, span.last));
     const float of_beam = share_kept(i, medium, ray.origin + ray.direction * nearest);
     if (u < of_beam)
@@ -216,7 +227,7 @@ class ChunkTracers::ChunkTracer {
   float share_kept(std::size_t i, const Medium& medium, Vec3 position) const {
     if (medium.bounds) return 1;
     const RGB sigma_t = medium.sigma_a + medium.sigma_s;
-    const float looks = share_that_looks(scene_.bounds(), position, std::min({sigma_t.r, sigma_t.g, sigma_t.b}));
+    const float looks = share_that_looks(looked_at_, position, std::min({sigma_t.r, sigma_t.g, sigma_t.b}));
     return std::min(looks / paths_.least_share[i], 1.0f);
   }
 
@@ -229,7 +240,7 @@ class ChunkTracers::ChunkTracer {
     if (is_black(scattered) || !may_leave(pass_.choice, paths_.bounces[i])) return false;
     const Medium& medium = scene_.media()[path.medium.index];
     const Vec3 position = path.ray.origin + path.ray.direction * distance;
-    const float returns = medium.bounds ? 1.0f : share_that_returns(scene_.bounds(), position);
+    const float returns = medium.bounds ? 1.0f : share_that_returns(looked_at_, position);
     const float least = std::min(paths_.least_share[i], returns);
     const float kept = max_component(scattered) / std::max(before_medium_, 1e-30f) * (least / paths_.least_share[i]);
     const float probability = roulette(kept, kLeastOfPhotons, bounces, [&] { return sampler.next1(); });
@@ -464,6 +475,7 @@ class ChunkTracers::ChunkTracer {
   const PhotonChunkSettings& settings_;
   const PhotonPassSettings& pass_;
   const StartMedia& media_;
+  const Box3 looked_at_ = box_of(scene_, pass_.importance);
   LightPaths paths_;
   std::vector<std::uint32_t> index_ =
       std::vector<std::uint32_t>(kPathsPerChunk);  // of the paths, among all of the pass

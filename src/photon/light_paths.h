@@ -42,7 +42,7 @@ struct LightPaths {
   std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
   std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);  // that the last bounce led into
   std::vector<int> scatterings = std::vector<int>(kPathsPerChunk);           // in media
-  /// The least share_that_returns() of the places where it has scattered: its flux has grown by the inverse.
+  /// The least share_that_returns() of the places where it has scattered: its flux has grown by at most the inverse.
   std::vector<float> least_share = std::vector<float>(kPathsPerChunk);
   std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
 };

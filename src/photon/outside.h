@@ -1,5 +1,6 @@
-// How much places outside of the scene's box, in a medium that fills all space, matter to a picture. Light that leaves
-// a scene scatters there again and again: without this, nearly all photons would lie where no ray looks for them.
+// How much places outside of the box of a scene, in a medium that fills all space, matter to a picture. Light that
+// leaves a scene scatters there again and again: without this, nearly all photons would lie where no ray looks for
+// them.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -22,12 +23,14 @@ inline float share_that_returns(const Box3& box, Vec3 position) {
 }
 
 /// Density of the rays that leave the box and get as far as `position`, relative to the box: it falls as the square of
-/// the distance and with the transmittance. @param sigma_t m^-1
+/// the distance and with the transmittance. At least 2^-16, because a camera or a point in air may be outside, too.
+/// @param sigma_t m^-1
 inline float share_that_looks(const Box3& box, Vec3 position, float sigma_t) {
+  constexpr float kLeast = 1.0f / 65536;
   const float share = share_that_returns(box, position);
   if (!(share < 1)) return 1;
   const float distance = 0.5f * length(box.diagonal()) * (1 / share - 1);
-  return share * share * std::exp(-sigma_t * distance);
+  return std::max(share * share * std::exp(-sigma_t * distance), kLeast);
 }
 
 }  // namespace glowworm

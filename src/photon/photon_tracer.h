@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/box.h"
 #include "core/shared_work.h"
 #include "core/statistics.h"
 #include "photon/emission_guide.h"
@@ -23,6 +24,7 @@ class KeptPaths;
 struct PhotonImportance {
   ImportanceGrid gathered;  ///< of the global map
   ImportanceGrid seen;      ///< of the caustic map, which is looked up at the ends of camera paths
+  Box3 box;                 ///< around the scene, its cameras and the points that they see
 };
 
 /// The photons that a pass keeps. Paths end when they can no longer leave one.
