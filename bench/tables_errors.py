@@ -5,34 +5,31 @@ usage: tables_errors.py [PROGRAM]
 """
 import csv
 import pathlib
-import random
 import subprocess
 import tempfile
 
 import numpy
 
-from tables_sensors import PROGRAM, ROOT, blinds, office, pipe, well
+from tables_sensors import PROGRAM, ROOT, SCENES, write_case
 
 SENSORS, SEEDS = 8, 32
-# Name, scene, the sides of the area of sensors, their height, and options.
-CASES = (("open office", office, (10, 8), 0.8, []), ("well of 2 x 2 x 12 m", well, (2, 2), 0.1, []),
-         ("below a mirrored pipe", pipe, (4, 4), 0.8, []), ("behind blinds", blinds, (6, 4), 0.8, []))
 HEAD = """# Stated errors of sensors
 
 Written by `bench/tables_errors.py`: `glowworm measure` at its defaults, %d sensors, %d seeds. z is the distance of a value
-from the mean of its sensor over seeds, as a multiple of the error that is stated with the value. Few batches tell an
-error, so that it follows a t distribution; a factor makes the truth lie within twice the error with a chance of 95%%.
+from the mean of its sensor over seeds, as a multiple of the error that is stated with the value. An error
+comes from few batches and follows a t distribution; it is scaled so that the truth lies within twice the error with a
+chance of 95%%.
 
 | scene | rms z | beyond 2 | beyond 3 | stated error |
 | --- | ---: | ---: | ---: | ---: |
 """
 
 
-def measured(folder, options, seed):
+def measured(folder, seed):
     """E_lx and its error for each sensor."""
     out = folder / "out.csv"
     subprocess.run([PROGRAM, "measure", folder / "scene.pbrt", "--points", folder / "points.pts", "-o", out, "-q",
-                    f"--seed={seed}", *options], check=True)
+                    f"--seed={seed}"], check=True)
     rows = list(csv.DictReader(line for line in out.open(encoding="utf-8") if line[0] != "#"))
     value = numpy.array([float(row["E_lx"]) for row in rows])
     return value, value * [float(row["relative_error"]) for row in rows]
@@ -40,15 +37,11 @@ def measured(folder, options, seed):
 
 def main():
     text = HEAD % (SENSORS, SEEDS)
-    for name, scene, (x, z), height, options in CASES:
-        random.seed(1)
+    for name, scene, sides, height in SCENES:
         with tempfile.TemporaryDirectory() as place:
             folder = pathlib.Path(place)
-            (folder / "scene.pbrt").write_text(scene(), encoding="utf-8")
-            (folder / "points.pts").write_text("".join(
-                f"{x * random.uniform(0.1, 0.9):.4f} {height} {z * random.uniform(0.1, 0.9):.4f} 0 1 0\n"
-                for _ in range(SENSORS)), encoding="utf-8")
-            value, error = (numpy.array(a) for a in zip(*(measured(folder, options, seed) for seed in range(SEEDS))))
+            write_case(folder, scene, sides, height, SENSORS)
+            value, error = (numpy.array(a) for a in zip(*(measured(folder, seed) for seed in range(SEEDS))))
         # A mean over seeds holds each value, too.
         z = (value - value.mean(axis=0)) * (SEEDS / (SEEDS - 1)) ** 0.5 / error
         row = [f"{(z**2).mean() ** 0.5:.2f}", *(f"{100 * (abs(z) > n).mean():.1f}%" for n in (2, 3)),

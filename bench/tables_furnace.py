@@ -25,9 +25,9 @@ import glowworm  # noqa: E402
 PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 ALPHAS = (0.0, 0.3, 1.0)
 EYE = (0, 2, 2)
-# Renders of each cell differ in their seed. The spread of the first ones tells how many this standard error takes.
+# Renders of each cell differ in their seed. The spread of the first ones gives the number for this standard error.
 FIRST, MOST, ERROR = 4, 24, 0.0014
-# Photons are counted on the part of the plane that is seen: only many would have that error.
+# Only photons on the visible part of the plane count, so that this error would take many renders.
 MOST_BY_PHOTONS = 4
 INTEGRATORS = {
     "path": {"integrator": "path", "samples": 32},

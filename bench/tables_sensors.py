@@ -85,6 +85,16 @@ SCENES = (("open office", office, (10, 8), 0.8), ("well of 2 x 2 x 12 m", well, 
           ("below a mirrored pipe", pipe, (4, 4), 0.8), ("behind blinds", blinds, (6, 4), 0.8))
 
 
+def write_case(folder, scene, sides, height, count):
+    """Writes scene.pbrt, and points.pts with so many sensors that face upwards."""
+    random.seed(1)
+    (folder / "scene.pbrt").write_text(scene(), encoding="utf-8")
+    x, z = sides
+    (folder / "points.pts").write_text("".join(
+        f"{x * random.uniform(0.1, 0.9):.4f} {height} {z * random.uniform(0.1, 0.9):.4f} 0 1 0\n"
+        for _ in range(count)), encoding="utf-8")
+
+
 def measure(folder, options):
     """Returns processor seconds, relative error (root of the mean square over sensors), mean lx and the method."""
     before = processor_seconds()
@@ -103,15 +113,11 @@ def main():
              "program. The last column is the processor time for the same variance, over that of path tracing.", "",
              "| scene | sensors | method | samples | CPU s | relative error | mean, lx | time for the same error |",
              "| --- | --- | --- | --- | --- | --- | --- | --- |"]
-    for name, scene, (x, z), height in SCENES:
+    for name, scene, sides, height in SCENES:
         for count in COUNTS:
-            random.seed(1)
             with tempfile.TemporaryDirectory() as text:
                 folder = pathlib.Path(text)
-                (folder / "scene.pbrt").write_text(scene(), encoding="utf-8")
-                (folder / "points.pts").write_text("".join(
-                    f"{x * random.uniform(0.1, 0.9):.4f} {height} {z * random.uniform(0.1, 0.9):.4f} 0 1 0\n"
-                    for _ in range(count)), encoding="utf-8")
+                write_case(folder, scene, sides, height, count)
                 found = [(way, *measure(folder, options)) for way, options in WAYS]
             cost_of_paths = found[1][1] * found[1][2] ** 2
             for way, seconds, error, mean, samples in found:

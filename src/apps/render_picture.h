@@ -47,7 +47,7 @@ struct Kept {
   std::optional<JobGuides> guides;             ///< of all moments with the light of the first, if things or lamps move
   std::shared_ptr<const Statistics> learning;  ///< of the job that made `guides`, for those of the next picture
   bool is_resumed = false;                     ///< whether a job went on from the checkpoint of --resume
-  bool is_described = false;                   ///< whether the user knows what is rendered
+  bool is_described = false;                   ///< whether what is rendered has been printed
   std::shared_ptr<const FrameLight> light;     ///< of a frame, if any uses light again
 };
 

@@ -1,7 +1,7 @@
-// A tree over boxes, which tells whether a straight line meets one.
+// A tree over boxes that finds whether a ray meets one.
 #pragma once
+#include <cmath>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "core/box.h"
@@ -15,10 +15,10 @@ namespace glowworm {
 inline bool meets_box(const Box3& box, Vec3 origin, Vec3 inverse, float length, float margin = 0) {
   float near = 0, far = length;
   for (int axis = 0; axis < 3; ++axis) {
-    float in = (box.min[axis] - margin - origin[axis]) * inverse[axis];
-    float out = (box.max[axis] + margin - origin[axis]) * inverse[axis];
-    if (in > out) std::swap(in, out);
-    // A coordinate on the box's side of a ray along it is no number, which changes neither.
+    const float low = box.min[axis] - margin - origin[axis], high = box.max[axis] + margin - origin[axis];
+    const bool backwards = std::signbit(inverse[axis]);
+    const float in = (backwards ? high : low) * inverse[axis], out = (backwards ? low : high) * inverse[axis];
+    // Where a ray runs along a side, 0 times infinity is no number, which changes neither.
     near = in > near ? in : near;
     far = out < far ? out : far;
   }

@@ -80,6 +80,7 @@ template <typename Choice>
 HWY_INLINE Triple choose(Choice first, Triple a, Triple b) {
   return {hn::IfThenElse(first, a.x, b.x), hn::IfThenElse(first, a.y, b.y), hn::IfThenElse(first, a.z, b.z)};
 }
+
 void squares(const DiffuseRayPoints& points, const DiffuseRayCell& cell, const DiffuseSquare& out) {
   const SobolTag f;
   const SobolBitsTag u;

@@ -145,11 +145,11 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   const auto sensors = static_cast<double>(grid.normal.size());
   const bool mapped = bends_delta_lights(*scene);
   const std::uint32_t least = mapped ? kLeastMappedPaths : kLeastPaths;
-  const auto pilot_paths = [&](std::uint32_t all) {
+  const auto paths_each = [&](std::uint32_t all) {
     const std::uint32_t each = all / static_cast<std::uint32_t>(stage.grid->normal.size());
-    return stage.run(path_settings(asked, mapped ? std::min(each, kLeastMappedPaths) : each));
+    return mapped ? std::min(each, kLeastMappedPaths) : each;
   };
-  Pilot paths = pilot_paths(kPilotPaths);
+  Pilot paths = stage.run(path_settings(asked, paths_each(kPilotPaths)));
   const auto all_paths = [&] { return samples_for(paths.variance, error, least, kMostPaths); };
   const auto work_of_paths = [&] {
     return paths.work * sensors * std::max<double>(all_paths(), paths.variance / (error * error));
@@ -162,7 +162,8 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   const auto work_of_gathering = [&](double passes) { return passes * (photons + kRaysOfPass * sensors) + kGuideWork; };
   if (work_of_paths() < kWorthTrying * (kLeastPasses * photons + kGuideWork))
     return by_paths("paths, because all of them cost no more than a few photon maps");
-  paths = pilot_paths(kComparedPaths);
+  if (paths_each(kComparedPaths) > paths_each(kPilotPaths))
+    paths = stage.run(path_settings(asked, paths_each(kComparedPaths)));
   const Pilot gathered = stage.run(gather);
   if (!(gathered.mean > 0)) {
     if (paths.mean > 0) return by_paths("paths, because no photon of the pilot brought light");

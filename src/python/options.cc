@@ -39,8 +39,8 @@ Options options_of(const py::kwargs& given) {
       out.emplace_back(name, text_of(value, name == "size" ? "x" : ","));
     } else if (const char* word = word_of(name, value.cast<bool>())) {
       out.emplace_back(name, word);
-    } else if (value.cast<bool>()) {
-      out.emplace_back(name, "");
+    } else {
+      out.emplace_back(name, value.cast<bool>() ? "" : "not given");  // of a flag
     }
   }
   return out;

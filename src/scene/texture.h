@@ -22,7 +22,7 @@ class TextureImage {
   virtual bool has_alpha() const = 0;
   virtual int width() const = 0;
   virtual int height() const = 0;
-  /// A number that images of the same texels may share while both exist: equal numbers tell that they are the same.
+  /// A number that images of the same texels may share while both exist: images with equal numbers are the same.
   virtual std::uint64_t identity() const { return reinterpret_cast<std::uintptr_t>(this); }
 };
 

@@ -41,8 +41,8 @@ constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 
 /// Photons of a sample of the path tracer: this number, unless there are so many samples that all together have the
 /// second one, and at least this multiple of k. Their maps cost as much as paths, and few photons blur the light.
 constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinMapOfPaths = 20;
-/// Points have photons as for so many samples, if they have fewer: their photons are aimed at them.
-constexpr double kPathsOfPoints = 2048;
+/// Photons of a sample of few points, at which they are aimed: this number, or k for each point.
+constexpr double kPhotonsOfPoints = 1562;
 /// Photons of an estimate: radii hold so many.
 constexpr std::uint32_t kNearest = 50;
 /// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
@@ -128,9 +128,9 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   s.engine = engine_traits(kAutomaticEngine).name;
   s.nearest = kNearest;
   // Renders with an open end may stop after a few samples.
-  const double asked = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
-  const double samples = s.of_points ? std::max(asked, kPathsOfPoints) : asked;
-  const double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
+  const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
+  double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
+  if (s.of_points) least = std::min(least, std::max(kPhotonsOfPoints, kNearest * pixel_count(s)));
   s.photons = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
 }
 

@@ -97,6 +97,17 @@ TEST_F(GltfAnimationTest, MomentsPlaceMeshes) {
   EXPECT_FLOAT_EQ(x_at({"1", 9}), 0);
 }
 
+TEST_F(GltfAnimationTest, AReaderOfSeveralMomentsChangesNothing) {
+  const std::string path = write_gltf(moving_file(0));
+  ImportOptions kept;
+  kept.gltf = gltf_reader();
+  for (const Moment& moment : {Moment{"", 0.5}, Moment{"", 1.5}, Moment{"back", 0.5}, Moment{"", 0.5}}) {
+    ImportOptions fresh;
+    fresh.moment = kept.moment = moment;
+    EXPECT_EQ(load_scene(path, kept).geometry.positions, load_scene(path, fresh).geometry.positions);
+  }
+}
+
 TEST_F(GltfAnimationTest, CamerasOfAllFramesAreRead) {
   const auto motion = std::make_shared<SceneMotion>();
   motion->frames_per_second = 2;
@@ -202,6 +213,19 @@ TEST_F(GltfPointerTest, EmissionAndLightsChange) {
   options.motion = motion;
   load_scene(write_gltf(file_), options);
   EXPECT_TRUE(motion->anything_else_moves);
+}
+
+TEST_F(GltfPointerTest, AReaderOfSeveralMomentsChangesNothing) {
+  move("/materials/0/emissiveFactor", {0, 1, 0, 0, 0, 1}, "VEC3");
+  const std::string path = write_gltf(file_);
+  ImportOptions options;
+  options.gltf = gltf_reader();
+  for (const double seconds : {0.0, 1.0, 2.0}) {
+    options.moment.seconds = seconds;
+    const SceneDescription d = load_scene(path, options);
+    ASSERT_EQ(d.emissions.size(), 1u);
+    EXPECT_EQ(d.emissions[0].radiance.value, at(seconds).emissions[0].radiance.value) << seconds;
+  }
 }
 
 TEST_F(GltfPointerTest, TexturesTurn) {

@@ -52,6 +52,27 @@ double expect_bits_of_fresh_photons(const Scene& scene, KeptPaths& kept) {
   return static_cast<double>(kept.kept_photons()) / static_cast<double>(some.global.size());
 }
 
+/// The same for so many moments of a scene: more than the share of photons is kept after the first.
+template <typename SceneAt>
+void expect_kept_at_moments(std::uint32_t moments, double share, const SceneAt& scene_at) {
+  KeptPaths kept;
+  EXPECT_EQ(expect_bits_of_fresh_photons(scene_at(0), kept), 0);
+  for (std::uint32_t moment = 1; moment < moments; ++moment)
+    EXPECT_GT(expect_bits_of_fresh_photons(scene_at(moment), kept), share) << moment;
+}
+
+/// A mesh of one triangle with these corners, for instances.
+std::shared_ptr<Geometry> triangle_mesh(Vec3 a, Vec3 b, Vec3 c) {
+  auto mesh = std::make_shared<Geometry>();
+  mesh->positions = {a, b, c};
+  mesh->normals.assign(3, {0, 0, 0});
+  mesh->uvs.assign(3, {0, 0});
+  mesh->triangles = {{0, 1, 2}};
+  mesh->material = {0};
+  mesh->emission = {kNone};
+  return mesh;
+}
+
 /// A built-in scene with a board somewhere in its middle that is turned anyhow.
 Scene with_board(const char* name, std::uint32_t moment, std::uint32_t material = 0) {
   SceneDescription d = builtin_scene(name);
@@ -70,15 +91,7 @@ Scene with_board(const char* name, std::uint32_t moment, std::uint32_t material 
 TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereABoardMoves) {
   for (const char* name : {"cornell", "atrium", "ajar", "glass-sphere", "window-room"}) {
     SCOPED_TRACE(name);
-    KeptPaths kept;
-    for (std::uint32_t moment = 0; moment < 6; ++moment) {
-      const double share = expect_bits_of_fresh_photons(with_board(name, moment), kept);
-      if (moment == 0) {
-        EXPECT_EQ(share, 0);
-      } else {
-        EXPECT_GT(share, 0.05) << moment;
-      }
-    }
+    expect_kept_at_moments(6, 0.05, [&](std::uint32_t moment) { return with_board(name, moment); });
   }
 }
 
@@ -119,15 +132,7 @@ Scene with_thin_board(std::uint32_t moment) {
   return Scene(std::move(d));
 }
 
-TEST(KeptPaths, StayWhereAnObjectThatMovesHasOtherTriangles) {
-  KeptPaths kept;
-  for (std::uint32_t moment = 0; moment < 5; ++moment) {
-    const double share = expect_bits_of_fresh_photons(with_thin_board(moment), kept);
-    if (moment > 0) {
-      EXPECT_GT(share, 0.5);
-    }
-  }
-}
+TEST(KeptPaths, StayWhereAnObjectThatMovesHasOtherTriangles) { expect_kept_at_moments(5, 0.5, with_thin_board); }
 
 /// A room with two lamps, as a rig's scene.
 ScenePointer room_with_lamps() {
@@ -181,14 +186,7 @@ Scene with_sheets(std::uint32_t moment) {
   SceneDescription d = builtin_scene("cornell");
   const Box3 box = d.geometry.bounds();
   const Vec3 size = box.diagonal();
-  auto mesh = std::make_shared<Geometry>();
-  mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
-  mesh->normals.assign(3, {0, 0, 0});
-  mesh->uvs.assign(3, {0, 0});
-  mesh->triangles = {{0, 1, 2}};
-  mesh->material = {0};
-  mesh->emission = {kNone};
-  d.geometry.meshes.push_back(mesh);
+  d.geometry.meshes.push_back(triangle_mesh({0, 0, 0}, {1, 0, 0}, {0, 0, 1}));
   for (std::uint32_t i = 0; i < 60; ++i) {
     Sampler sampler(SamplerKind::independent, 9, i, 0);
     const Vec2 u = sampler.next2();
@@ -208,15 +206,7 @@ Scene with_sheets(std::uint32_t moment) {
   return Scene(std::move(d));
 }
 
-TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereSheetsOfOnePlaneOverlap) {
-  KeptPaths kept;
-  for (std::uint32_t moment = 0; moment < 6; ++moment) {
-    const double share = expect_bits_of_fresh_photons(with_sheets(moment), kept);
-    if (moment > 0) {
-      EXPECT_GT(share, 0.5);
-    }
-  }
-}
+TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereSheetsOfOnePlaneOverlap) { expect_kept_at_moments(6, 0.5, with_sheets); }
 
 /// A room with a spot lamp far away, and a small board that moves a little at each moment.
 Scene with_far_lamp(std::uint32_t moment) {
@@ -243,14 +233,7 @@ TEST(KeptPaths, HaveTheBitsOfFreshPathsFromAFarLamp) {
 Scene with_instances(std::uint32_t moment) {
   SceneDescription d = builtin_scene("cornell");
   const Box3 box = d.geometry.bounds();
-  auto mesh = std::make_shared<Geometry>();
-  mesh->positions = {{-0.05f, 0, 0}, {0.05f, 0, 0}, {0, 0.1f, 0}};
-  mesh->normals.assign(3, {0, 0, 0});
-  mesh->uvs.assign(3, {0, 0});
-  mesh->triangles = {{0, 1, 2}};
-  mesh->material = {0};
-  mesh->emission = {kNone};
-  d.geometry.meshes.push_back(mesh);
+  d.geometry.meshes.push_back(triangle_mesh({-0.05f, 0, 0}, {0.05f, 0, 0}, {0, 0.1f, 0}));
   for (std::uint32_t i = 0; i < 20; ++i) {
     Sampler sampler(SamplerKind::independent, 7, i, i == 3 ? moment : 0);
     const Vec2 u = sampler.next2();
@@ -262,15 +245,7 @@ Scene with_instances(std::uint32_t moment) {
   return Scene(std::move(d));
 }
 
-TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereInstancesMove) {
-  KeptPaths kept;
-  for (std::uint32_t moment = 0; moment < 4; ++moment) {
-    const double share = expect_bits_of_fresh_photons(with_instances(moment), kept);
-    if (moment > 0) {
-      EXPECT_GT(share, 0.5);
-    }
-  }
-}
+TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereInstancesMove) { expect_kept_at_moments(4, 0.5, with_instances); }
 
 }  // namespace
 }  // namespace glowworm

@@ -275,6 +275,14 @@ def test_every_wait_raises_the_error_of_the_render(square):
             render.wait()
 
 
+def test_options_that_are_false_are_checked_too(square):
+    with pytest.raises(glowworm.Error, match="guiding"):
+        glowworm.render(square, size=(4, 4), guiding=False)
+    options = dict(size=(4, 4), samples=1, gather=1, photons=100, progress=False)
+    pictures = [glowworm.render(square, **options, **more).image for more in ({}, {"no_guiding": False})]
+    assert (pictures[0] == pictures[1]).all()
+
+
 GROWTH = """
 import gc, glowworm
 

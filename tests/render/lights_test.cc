@@ -213,5 +213,65 @@ TEST(SlowLightsTogether, LookTheSameInBothIntegrators) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(photons.value[c] / path.value[c], 1, kLightsTolerance) << "channel " << c;
 }
 
+/// Filtered pictures find suns by surface samples, others by light samples: both have the same light in all layers,
+/// with light groups, beside a lamp and a mirror, below a pane, and in haze.
+TEST(DirectionalLights, BringTheSameLightWithAndWithoutAFilter) {
+  for (const bool hazy : {false, true}) {
+    SceneDescription d = floor_description();
+    for (const MaterialKind kind : {MaterialKind::conductor, MaterialKind::thin_dielectric}) {
+      Material& material = d.materials.emplace_back();
+      material.kind = kind;
+      material.reflectance.value = material.transmittance.value = RGB(kind == MaterialKind::conductor ? 0.8f : 1.0f);
+    }
+    const auto mirror = static_cast<std::uint32_t>(d.materials.size() - 2), pane = mirror + 1;
+    add_quad(d, {0.1f * kHalf, -kHalf, 0.01f}, {0.7f * kHalf, 0, 0.3f * kHalf}, {0, 2 * kHalf, 0}, mirror);
+    add_quad(d, {-kHalf, -kHalf, 0.5f}, {kHalf, 0, 0}, {0, kHalf, 0}, pane);
+    Light light;
+    light.name = "lamp";
+    light.position = {0, 0, 1};
+    light.intensity = RGB(0.5f);
+    d.lights.push_back(light);
+    light.kind = LightKind::directional;
+    for (const float side : {-0.3f, 0.2f}) {
+      light.name = side < 0 ? "morning" : "evening";
+      light.direction = normalize(Vec3{side, 0.1f, -1});
+      light.intensity = RGB(2 + side);
+      d.lights.push_back(light);
+    }
+    if (hazy) {
+      Medium& haze = d.media.emplace_back();
+      haze.sigma_a = RGB(0.2f);
+      haze.bounds = Box3{{-3, -3, -3}, {3, 3, 3}};
+      d.ambient_medium = 0;
+    }
+    d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 2, 2 * kHalf));
+    const Stage stage(std::move(d));
+    RenderSettings settings = by_photons(24, 64, 4, 10'000, "blocked");
+    settings.light_groups = true;
+    const Film plain = stage.render(settings);
+    settings.filter = Filtering::automatic;
+    const Film fine = stage.render(settings);
+    ASSERT_TRUE(fine.is_fine());
+    const auto mean_of = [&](const Film& film, Film::Layer layer) {
+      double sum = 0;
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += luminance(film.mean(layer, i));
+      return sum / static_cast<double>(film.pixel_count());
+    };
+    const double direct = mean_of(plain, Film::Layer::direct);
+    EXPECT_GT(direct, 0.1);
+    EXPECT_NEAR(mean_of(fine, Film::Layer::direct), direct, 0.01 * direct) << hazy;
+    EXPECT_NEAR(mean(fine).luminance(), mean(plain).luminance(), 0.01 * mean(plain).luminance()) << hazy;
+    ASSERT_EQ(fine.light_group_count(), 3u);
+    for (std::size_t group = 0; group < 3; ++group) {
+      double sum = 0, expected = 0;
+      for (std::size_t i = 0; i < fine.pixel_count(); ++i) {
+        sum += luminance(fine.light_of_group(group, i));
+        expected += luminance(plain.light_of_group(group, i));
+      }
+      EXPECT_NEAR(sum, expected, 0.01 * expected) << group;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace glowworm
