@@ -68,6 +68,10 @@ class GlowwormEngine(bpy.types.RenderEngine):
     def __del__(self):
         if getattr(self, 'preview', None):
             self.preview.close()
+        # Blender 4.4 and later free the engine's own data here; earlier ones have no such method.
+        free = getattr(super(), '__del__', None)
+        if free:
+            free()
 
     def view_update(self, context, depsgraph):
         """The viewport's scene has changed."""

@@ -9,6 +9,11 @@ from . import pbrt
 from .images import has_alpha
 
 _BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+_FACTOR = ('Factor', 'Fac')  # names of one socket in different versions
+# Inputs of Principled BSDF that are not rendered, by their names in different versions. Weights have no effect where they
+# are 0, tints that are colours where they are white; 'Specular Tint' is a weight before Blender 4.
+_NOT_OF_PRINCIPLED = (('Subsurface Weight', 'Subsurface'), ('Thin Film Thickness',), ('Diffuse Roughness',),
+                      ('Specular Tint',), ('Coat Tint',))
 
 
 class Report:
@@ -61,6 +66,12 @@ def _constant(socket):
     return tuple(value)[:3] if hasattr(value, '__len__') else float(value)
 
 
+def nodes_of(owner):
+    """The node tree of a material, world or lamp, or None where Blender does not use it. Blender 5 always uses those of
+    materials and worlds, and will drop the switch."""
+    return owner.node_tree if getattr(owner, 'use_nodes', True) else None
+
+
 def surface_output(tree):
     """The Material Output or World Output node that is rendered, or None."""
     outputs = [node for node in tree.nodes if node.type in ('OUTPUT_MATERIAL', 'OUTPUT_WORLD')]
@@ -88,7 +99,7 @@ class Materials:
     def _read(self, material):
         if material is None:
             return Surface(self._define('diffuse', 'none', [('rgb', 'reflectance', (0.8, 0.8, 0.8))]))
-        if not material.use_nodes or not material.node_tree:
+        if not nodes_of(material):
             color = tuple(material.diffuse_color)[:3]
             return Surface(self._define('diffuse', material.name_full, [('rgb', 'reflectance', color)]))
         output = surface_output(material.node_tree)
@@ -222,15 +233,23 @@ class Materials:
             ('float', 'anisotropyrotation', 360 * _mean(self._fixed(node.inputs['Anisotropic Rotation'])))]
         sheen = _mean(self._fixed(_socket(node, 'Sheen Weight', 'Sheen')))
         if sheen > 0:
-            parameters.append(('rgb', 'sheen', (min(sheen, 1.0),) * 3))
-        for names in (('Subsurface Weight', 'Subsurface'), ('Thin Film Thickness',)):
-            socket = _socket(node, *names)
-            if socket and (socket.is_linked or socket.default_value > 0):
-                self._note(f'{socket.name} is left out')
+            # A colour since Blender 4; before it, a share of the base colour's hue.
+            tint = _constant(node.inputs['Sheen Tint'])
+            parameters.append(('rgb', 'sheen', self._product(min(sheen, 1.0), tint if isinstance(tint, tuple) else _WHITE)))
+        self._note_principled(node)
         emission = _socket(node, 'Emission Color', 'Emission')
         light = self._light(emission, node.inputs['Emission Strength'])
         alpha = get('Alpha')
         return Surface(self._define('metallicroughness', name, parameters + self._normals(node)), alpha=alpha, **light)
+
+    def _note_principled(self, node):
+        for names in _NOT_OF_PRINCIPLED:
+            socket = _socket(node, *names)
+            if socket is None:
+                continue
+            value = _constant(socket)
+            if socket.is_linked or value not in (0.0, _WHITE):
+                self._note(f'{socket.name} is left out')
 
     def _reflectance_of(self, node, transmission):
         """The index of refraction and the weight of the facets. In Blender 3 the index holds for transmission alone,
@@ -441,7 +460,7 @@ class Materials:
         source = _source(node.inputs['Vector'])
         if source is None or (source[1].name != 'UV' and source[0].type not in ('UVMAP', 'MAPPING')):
             self._note('a checker in space is mapped by uv')
-        if output.name == 'Fac':
+        if output.name in _FACTOR:
             colors = (1.0, 0.0) if is_float else (_WHITE, _BLACK)
         else:
             colors = [self._value(node.inputs[name], is_float) for name in ('Color1', 'Color2')]
@@ -480,11 +499,13 @@ class Materials:
 
     def _from_mix_rgb(self, node, _output, is_float):
         a, b = (self._value(node.inputs[name], is_float) for name in ('Color1', 'Color2'))
-        return self._mix_of(node.blend_type, self.number(node.inputs['Fac']), a, b, is_float)
+        return self._mix_of(node.blend_type, self.number(_socket(node, *_FACTOR)), a, b, is_float)
 
     def _from_mix(self, node, _output, is_float):
         """The node Mix, whose hidden inputs belong to other types of data."""
-        ends = {'RGBA': 'RGBA', 'FLOAT': 'VALUE', 'VECTOR': 'VECTOR'}[node.data_type]
+        ends = {'RGBA': 'RGBA', 'FLOAT': 'VALUE', 'VECTOR': 'VECTOR'}.get(node.data_type)
+        if ends is None:
+            return None
         a, b = (next(s for s in node.inputs if s.name == name and s.type == ends) for name in ('A', 'B'))
         amount = next(s for s in node.inputs if s.name == 'Factor' and s.type == 'VALUE')
         mode = node.blend_type if node.data_type == 'RGBA' else 'MIX'
@@ -494,7 +515,7 @@ class Materials:
         value = self._value(node.inputs['Color'], is_float)
         one, zero = (1.0, 0.0) if is_float else (_WHITE, _BLACK)
         if isinstance(value, str):
-            amount = self.number(node.inputs['Fac'])
+            amount = self.number(_socket(node, *_FACTOR))
             return self._blend(one, zero, value, True) if is_float and amount == 1 else None
         return tuple(1 - c for c in value) if isinstance(value, tuple) else 1 - value
 

@@ -11,7 +11,7 @@ from mathutils import Matrix, Vector
 
 from . import luminaire, pbrt
 from .images import Images
-from .materials import Materials, Report, surface_output
+from .materials import Materials, Report, nodes_of, surface_output
 from .meshes import write_parts
 
 _DRAWN = {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}
@@ -36,6 +36,19 @@ def picture_size(scene):
     x0, x1 = int(render.border_min_x * width), int(render.border_max_x * width)
     y0, y1 = int(render.border_min_y * height), int(render.border_max_y * height)
     return width, height, (x0, max(x1, x0 + 1), height - max(y1, y0 + 1), height - y0)
+
+
+def lamp_power(lamp):
+    """A lamp's energy for red, green and blue. Blender 4.5 and later multiply it by 2^exposure and by the colour of a
+    temperature."""
+    energy = lamp.energy * 2 ** getattr(lamp, 'exposure', 0.0)
+    tint = lamp.temperature_color if getattr(lamp, 'use_temperature', False) else (1.0, 1.0, 1.0)
+    return tuple(energy * c * t for c, t in zip(lamp.color, tint))
+
+
+def area_factor(lamp, area):
+    """By what the power of a lamp is multiplied: 1, or its area where Blender 4.5 and later do not divide by it."""
+    return 1.0 if getattr(lamp, 'normalize', True) else area
 
 
 class Exporter:
@@ -112,7 +125,7 @@ class Exporter:
         world = self.scene.world
         if world is None:
             return
-        if not world.use_nodes or not world.node_tree:
+        if not nodes_of(world):
             self._sky(tuple(world.color))
             return
         self.materials.owner = world.name
@@ -146,7 +159,7 @@ class Exporter:
             self.lamp(ob, place)
         elif ob.type in _DRAWN:
             self.drawn(ob, place)
-        elif ob.type in ('VOLUME', 'CURVES', 'POINTCLOUD', 'GPENCIL'):
+        elif ob.type in ('VOLUME', 'CURVES', 'POINTCLOUD', 'GPENCIL', 'GREASEPENCIL'):
             self.report.add(ob.name, f'objects of type {ob.type} are left out')
 
     def drawn(self, ob, place):
@@ -204,7 +217,7 @@ class Exporter:
 
     def lamp(self, ob, place):
         lamp = ob.data
-        color = tuple(lamp.color[c] * lamp.energy * factor for c, factor in enumerate(self._lamp_nodes(ob)))
+        color = tuple(power * factor for power, factor in zip(lamp_power(lamp), self._lamp_nodes(ob)))
         if max(color) <= 0:
             return
         write = {'POINT': self._point, 'SPOT': self._spot, 'SUN': self._sun, 'AREA': self._area}[lamp.type]
@@ -212,7 +225,7 @@ class Exporter:
 
     def _lamp_nodes(self, ob):
         lamp = ob.data
-        if not lamp.use_nodes or not lamp.node_tree:
+        if not nodes_of(lamp):
             return (1.0, 1.0, 1.0)
         self.materials.owner = ob.name
         return self.materials.lamp_factors(lamp.node_tree)
@@ -233,7 +246,8 @@ class Exporter:
         if lamp.shadow_soft_size > 0:
             # A sphere of radius r shows a disk of the area pi r^2 to every side.
             area = math.pi * lamp.shadow_soft_size ** 2
-            self._shining(ob, Matrix.Translation(place.translation), tuple(i / area for i in intensity),
+            factor = area_factor(lamp, 4 * area)
+            self._shining(ob, Matrix.Translation(place.translation), tuple(i * factor / area for i in intensity),
                           f'Shape "sphere" {pbrt.parameter("float", "radius", lamp.shadow_soft_size)}')
         else:
             self._light(ob, place, f'LightSource "point" "rgb I" {pbrt.numbers(intensity)}')
@@ -241,6 +255,7 @@ class Exporter:
     def _spot(self, ob, lamp, place, color):
         if lamp.shadow_soft_size > 0:
             self.report.add(ob.name, 'a spot lamp is taken without radius')
+            color = tuple(c * area_factor(lamp, 4 * math.pi * lamp.shadow_soft_size ** 2) for c in color)
         path = os.path.join(self.folder, f'lamp{len(self.lines)}.ies')
         luminaire.write(path, lambda angle: self._spot_share(lamp, angle), lamp.spot_size / 2)
         intensity = tuple(c / (4 * math.pi) for c in color)
@@ -259,6 +274,8 @@ class Exporter:
     def _sun(self, ob, lamp, place, color):
         if lamp.angle > math.radians(1):
             self.report.add(ob.name, 'a sun is taken without angle')
+        if not getattr(lamp, 'normalize', True):
+            self.report.add(ob.name, 'the strength of a sun does not grow with its angle')
         self._light(ob, self._unscaled(place), 'LightSource "distant" "point3 from" [0 0 0] "point3 to" [0 0 -1] '
                     f'"rgb L" {pbrt.numbers(color)}')
 
@@ -275,7 +292,7 @@ class Exporter:
         corners = self._outline(x / 2, y / 2, 64 if is_round else 4)
         # The polygon inside of an ellipse is smaller than the ellipse, and shines as much.
         size = 64 / 2 * math.sin(2 * math.pi / 64) / math.pi if is_round else 1
-        radiance = tuple(c / (4 * area * size) for c in color)
+        radiance = tuple(c * area_factor(lamp, area) / (4 * area * size) for c in color)
         triangles = ' '.join(f'0 {i + 1} {i}' for i in range(1, len(corners) - 1))
         points = ' '.join(f'{pbrt.number(px)} {pbrt.number(py)} 0' for px, py in corners)
         normals = ' '.join(['0 0 -1'] * len(corners))

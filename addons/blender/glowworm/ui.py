@@ -138,7 +138,9 @@ def _shared_panels():
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, 'COMPAT_ENGINES', ())
         of_data = getattr(panel, 'bl_context', '') in ('data', 'material', 'world')
-        fits = 'BLENDER_RENDER' in engines or 'BLENDER_EEVEE' in engines and of_data
+        # Eevee has another name in Blender 4.2 to 4.5.
+        of_eevee = 'BLENDER_EEVEE' in engines or 'BLENDER_EEVEE_NEXT' in engines
+        fits = 'BLENDER_RENDER' in engines or of_eevee and of_data
         if fits and panel.__name__ not in left_out:
             yield panel
 

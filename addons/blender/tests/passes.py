@@ -31,6 +31,8 @@ def render_passes(folder):
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_cryptomatte_object = True
     layer.glowworm.use_direct = layer.glowworm.use_indirect = layer.glowworm.use_noise = True
     settings = scene.render.image_settings
+    if hasattr(settings, 'media_type'):  # since Blender 5
+        settings.media_type = 'MULTI_LAYER_IMAGE'
     settings.file_format, settings.color_depth, settings.exr_codec = 'OPEN_EXR_MULTILAYER', '32', 'ZIP'
     scene.render.filepath = os.path.join(folder, 'passes.exr')
     bpy.ops.render.render(write_still=True)

@@ -6,15 +6,20 @@ import numpy
 from mathutils import Vector
 
 
+# Names of Principled BSDF's inputs since Blender 4.
+_RENAMED = {'Clearcoat': 'Coat Weight', 'Clearcoat Roughness': 'Coat Roughness', 'Specular': 'Specular IOR Level'}
+
+
 def material(name, shader='ShaderNodeBsdfPrincipled', **inputs):
-    """A material of one shader. inputs: names of sockets, with _ for a space, and their values."""
+    """A material of one shader. inputs: names of sockets in Blender 3, with _ for a space, and their values."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes, links = made.node_tree.nodes, made.node_tree.links
     nodes.clear()
     node = nodes.new(shader)
     for key, value in inputs.items():
-        node.inputs[key.replace('_', ' ')].default_value = value
+        key = key.replace('_', ' ')
+        node.inputs[key if key in node.inputs else _RENAMED[key]].default_value = value
     links.new(node.outputs[0], nodes.new('ShaderNodeOutputMaterial').inputs['Surface'])
     return made, node
 
