@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
 #include "gather/cell_place.h"
 #include "gather/final_gather.h"
+#include "maps/image_light.h"
 #include "scene/surface.h"
 #include "transport/light_connection.h"
 #include "transport/segment_light.h"
@@ -299,6 +301,8 @@ class PathPass {
         first_hit_(first_hit),
         statistics_(statistics) {
     if (view.camera) camera_medium_ = camera_medium(tracer, *view.camera);
+    if (maps && view.points && !view.points->on_surfaces && !view.points->delta_lights_apart)
+      images_.emplace(tracer.scene());
   }
 
   /// Traces all samples of a task.
@@ -367,6 +371,7 @@ class PathPass {
     look_up(found_.caustic, radiance_.caustic);
     look_up(found_.indirect, radiance_.indirect);
     add_air_light(tracer_, maps_->air(), found_.air, radiance_, radiance_.caustic, statistics_);
+    if (images_) add_image_light(tracer_, *images_, found_.air, radiance_, radiance_.caustic, statistics_);
   }
 
   void look_up(const QueryPoints& queries, std::vector<RGB>& target) {
@@ -389,6 +394,7 @@ class PathPass {
   FirstHit& first_hit_;
   Statistics& statistics_;
   PathMedium camera_medium_;
+  std::optional<SunImages> images_;  // for points in air
   Lookups found_;
   LargeVector<RGB> found_light_;
 };

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
+#include "maps/image_light.h"
 #include "maps/memory.h"
 #include "transport/vertex.h"
 
@@ -175,12 +176,19 @@ class PassRenderer {
                        out_.radiance, statistics_);
     if (settings_.caustic && !rays_alone) {
       if (is_apart())
-        add_air_light(tracer_, maps_.air(), air_points(points), out_.radiance, out_.radiance.caustic, statistics_);
+        add_light_in_air(points);
       else
         look_up_caustic(gather_points_as_queries(points), out_.radiance.caustic);
     }
     // Gather rays that hit lights are part of direct light.
     if (settings_.direct || settings_.indirect) gather(points);
+  }
+
+  void add_light_in_air(const GatherPoints& points) {
+    const std::vector<AirPoint> places = air_points(points);
+    add_air_light(tracer_, maps_.air(), places, out_.radiance, out_.radiance.caustic, statistics_);
+    if (takes_delta_lights())
+      add_image_light(tracer_, SunImages(tracer_.scene()), places, out_.radiance, out_.radiance.caustic, statistics_);
   }
 
   /// Whether surface samples take directional lights in place of light samples.

@@ -11,8 +11,11 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "maps/air_light.h"
 #include "measure/measurement.h"
 #include "transport/light_connection.h"
+#include "transport/medium.h"
+#include "transport/sun_images.h"
 #include "transport/vertex.h"
 
 namespace glowworm {
@@ -258,7 +261,37 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
   return out;
 }
 
-std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
+namespace {
+
+/// Adds the light of the sun's images to sensors in air.
+void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
+                    DirectSun& out) {
+  const Scene& scene = tracer.scene();
+  const SunImages of_scene(scene);
+  if (of_scene.empty()) return;
+  std::vector<std::vector<Vec3>> images(sky.lit.size());
+  for (std::size_t hour = 0; hour < images.size(); ++hour)
+    if (sky.beam[hour] > 0) images[hour] = of_scene.of(sky.sun[hour]);
+  parallel_for_each(sensors, 1, [&](std::size_t sensor) {
+    if (!grid.has(sensor)) return;
+    const AirPoint point = air_point(scene, grid, sensor, 0);
+    const PathMedium medium =
+        scene.media().empty() ? PathMedium{} : medium_at_start(tracer, point.position, point.normal);
+    std::uint64_t rays = 0;
+    for (std::size_t hour = 0; hour < images.size(); ++hour)
+      for (const Vec3 image : images[hour]) {
+        const float cosine = dot(image, point.normal);
+        if (!(cosine > 0)) continue;
+        std::vector<float>& part = SunImages::same(image, sky.sun[hour]) ? out.straight : out.mirrored;
+        part[sensor * images.size() + hour] +=
+            cosine * luminance(light_of_image(tracer, point.position, medium, image, sky.sun[hour], rays));
+      }
+  });
+}
+
+}  // namespace
+
+DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
   GatherPoints points;
   SlotRadiance unused;
   FirstHit first_hit;
@@ -266,7 +299,10 @@ std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::
   point_pass(tracer, grid, CameraTask{0, 0, grid.width, grid.height}, unused, first_hit, points, statistics);
   std::vector<std::uint32_t> all(sky.lit.size());
   std::iota(all.begin(), all.end(), 0u);
-  return reflected_sun(tracer, points, sensors, sky, all);
+  DirectSun out{reflected_sun(tracer, points, sensors, sky, all), {}};
+  out.mirrored.resize(out.straight.size());
+  if (!grid.on_surfaces) add_sun_images(tracer, grid, sensors, sky, out);
+  return out;
 }
 
 std::vector<std::uint32_t> hours_of_state(const YearSky& sky, std::span<const std::uint32_t> state_of_hour,
@@ -291,7 +327,8 @@ Year year_of(const YearSky& sky, const SunGrid& grid, std::span<const YearState>
       std::vector<float> lux(hours.size());
       light.illuminance(states[state].coefficients, sensor, lux);
       for (std::size_t i = 0; i < hours.size(); ++i) {
-        const float sun = states[state].sun[sensor * sky.lit.size() + hours[i]] * sky.beam[hours[i]];
+        const std::size_t at = sensor * sky.lit.size() + hours[i];
+        const float sun = (states[state].sun.straight[at] + states[state].sun.mirrored[at]) * sky.beam[hours[i]];
         out.total[sensor * out.hours + sky.lit[hours[i]]] = lux[i] + kLuminousEfficacy * sun;
       }
     });
@@ -299,7 +336,7 @@ Year year_of(const YearSky& sky, const SunGrid& grid, std::span<const YearState>
   for (std::size_t sensor = 0; sensor < out.sensors; ++sensor)
     for (std::size_t i = 0; i < sky.lit.size(); ++i)
       out.sun[sensor * out.hours + sky.lit[i]] =
-          kLuminousEfficacy * states.front().sun[sensor * sky.lit.size() + i] * sky.beam[i];
+          kLuminousEfficacy * states.front().sun.straight[sensor * sky.lit.size() + i] * sky.beam[i];
   return out;
 }
 

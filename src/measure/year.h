@@ -43,7 +43,7 @@ void replace_sky(YearSky& sky, const ColorMatrix& matrix, const std::string& pat
 /// What sensors get: a row each.
 struct DaylightCoefficients {
   ColorMatrix sky;   ///< daylight_matrix()
-  ColorMatrix suns;  ///< sun_matrix() of coefficient_grid() and the places of a SunGrid: reflected and bent light
+  ColorMatrix suns;  ///< sun_matrix() of coefficient_grid() and the places of a SunGrid: all other light of the sun
 };
 
 /// The sensors of a Job of coefficients: it leaves out the direct light of suns, which direct_sun() finds.
@@ -104,15 +104,20 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
                                  const YearSky& sky, std::span<const std::uint32_t> hours,
                                  const SunReflection& of = {});
 
-/// What the sun itself gives sensors in the lit hours, without any bounce: cosine times the share that passes panes,
+/// What the sun gives sensors in the lit hours by flat smooth surfaces alone: cosine times the share that arrives,
 /// times the luminance of a normal irradiance of 1. Sensors are rows.
-std::vector<float> direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
+struct DirectSun {
+  std::vector<float> straight;  ///< from its own direction, through panes and solid glass
+  std::vector<float>
+      mirrored;  ///< from those of its images (SunImages); 0 for sensors on surfaces, which photons light
+};
+DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
 
 /// Illuminance at sensors in all hours, lx.
 struct Year {
   std::size_t sensors = 0, hours = 0;
   std::vector<float> total;  ///< a row of hours for each sensor
-  std::vector<float> sun;    ///< of these the light of the sun without any bounce, in the first of the states
+  std::vector<float> sun;    ///< of these DirectSun::straight, in the first of the states
 
   float at(std::size_t sensor, std::size_t hour) const { return total[sensor * hours + hour]; }
   static std::uint64_t bytes(std::size_t sensors, std::size_t hours) { return 2 * sizeof(float) * sensors * hours; }
@@ -121,7 +126,7 @@ struct Year {
 /// A scene in one state of its shades.
 struct YearState {
   DaylightCoefficients coefficients;
-  std::vector<float> sun;  ///< direct_sun()
+  DirectSun sun;  ///< direct_sun()
 };
 
 /// The lit hours of a state, as indices into YearSky::lit. @param state_of_hour as of year_of()

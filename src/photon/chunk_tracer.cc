@@ -60,12 +60,25 @@ Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
   return box;
 }
 
+/// ChunkTracers::images_ of a pass.
+std::vector<std::vector<Vec3>> images_of_suns(const Scene& scene, const PhotonPassSettings& pass) {
+  if (!pass.discs || pass.choice == PhotonChoice::all) return {};
+  const SunImages images(scene);
+  if (images.empty()) return {};
+  std::vector<std::vector<Vec3>> out(scene.light_power().size());
+  for (std::size_t i = 0; i < scene.lights().size(); ++i)
+    if (const Light& light = scene.lights()[i]; light.kind == LightKind::directional)
+      out[scene.emissive_triangles().size() + i] = images.of(-light.direction);
+  return out;
+}
+
 }  // namespace
 
 class ChunkTracers::ChunkTracer {
  public:
-  ChunkTracer(const PhotonChunkSettings& settings, const StartMedia& media)
-      : scene_(settings.tracer->scene()), settings_(settings), pass_(*settings.pass), media_(media) {}
+  ChunkTracer(const PhotonChunkSettings& settings, const StartMedia& media,
+              const std::vector<std::vector<Vec3>>& images)
+      : scene_(settings.tracer->scene()), settings_(settings), pass_(*settings.pass), media_(media), images_(images) {}
 
   void trace(std::uint64_t first_path, std::size_t count, PhotonChunk& chunk) {
     result_ = &chunk;
@@ -146,7 +159,7 @@ class ChunkTracers::ChunkTracer {
 
   /// Notes a straight part of path i if it crosses discs of the pass.
   void keep_segment(std::size_t i, const Ray& ray, float length, RGB absorption) {
-    if (!pass_.discs || !leaves(pass_.choice, paths_.bounces[i])) return;
+    if (!pass_.discs || !leaves(pass_.choice, paths_.bounces[i]) || is_from_image(i, ray.direction)) return;
     bool crosses = false;
     pass_.discs->for_crossed(ray.origin, ray.direction, length, [&](const DiscCrossing&) {
       crosses = true;
@@ -155,6 +168,13 @@ class ChunkTracers::ChunkTracer {
     if (!crosses) return;
     result_->segments.push_back({ray.origin, length, ray.direction, paths_.light[i], paths_.flux[i], absorption});
     if (settings_.pilot) result_->segment_path.push_back(paths_.number[i]);
+  }
+
+  /// Whether path i brings the light of an image of its sun.
+  bool is_from_image(std::size_t i, Vec3 direction) const {
+    if (images_.empty() || (paths_.bounces[i] & kNotSmooth)) return false;
+    const std::vector<Vec3>& images = images_[paths_.light[i]];
+    return std::any_of(images.begin(), images.end(), [&](Vec3 image) { return SunImages::same(image, -direction); });
   }
 
   /// Takes path i through media to the next surface, or out of the scene, however often it scatters on its way.
@@ -416,6 +436,7 @@ class ChunkTracers::ChunkTracer {
     const ScatteredRay s = surface.scatter_photon(arrived.back, u_lobe, {direction_.x[i], direction_.y[i]}, u_roulette);
     if (s.lobe == kSharp)
       out.bits = s.straight && arrived.back == back ? kNoneBroad : s.delta ? kCaustic : kCaustic | kRoughFirst;
+    if (!images_.empty() && s.lobe == kSharp && !is_smooth(scene_, hit.triangle, vertex)) out.bits |= kNotSmooth;
     if (!s.valid) return;
     out.goes_on = survives(i, out.photon_flux * s.weight, u_roulette, out);
     out.next = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction, vertex.time);
@@ -475,6 +496,7 @@ class ChunkTracers::ChunkTracer {
   const PhotonChunkSettings& settings_;
   const PhotonPassSettings& pass_;
   const StartMedia& media_;
+  const std::vector<std::vector<Vec3>>& images_;  // ChunkTracers::images_
   const Box3 looked_at_ = box_of(scene_, pass_.importance);
   LightPaths paths_;
   std::vector<std::uint32_t> index_ =
@@ -492,7 +514,10 @@ float importance_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal,
   return gathered + (caustic ? pass.importance->seen.value(position, normal) : 0.0f);
 }
 
-ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings) : settings_(settings), media_(*settings.tracer) {}
+ChunkTracers::ChunkTracers(const PhotonChunkSettings& settings)
+    : settings_(settings),
+      media_(*settings.tracer),
+      images_(images_of_suns(settings.tracer->scene(), *settings.pass)) {}
 ChunkTracers::~ChunkTracers() = default;
 
 void ChunkTracers::trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) {
@@ -504,7 +529,7 @@ void ChunkTracers::trace(std::uint64_t first, std::size_t count, PhotonChunk& ch
       idle_.pop_back();
     }
   }
-  if (!tracer) tracer = std::make_unique<ChunkTracer>(settings_, media_);
+  if (!tracer) tracer = std::make_unique<ChunkTracer>(settings_, media_, images_);
   tracer->trace(first, count, chunk);
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(tracer));

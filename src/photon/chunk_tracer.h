@@ -7,6 +7,7 @@
 
 #include "photon/photon_chunk.h"
 #include "photon/start_media.h"
+#include "transport/sun_images.h"
 
 namespace glowworm {
 
@@ -39,6 +40,8 @@ class ChunkTracers {
 
   const PhotonChunkSettings settings_;
   const StartMedia media_;
+  /// Directions from which light sources bring no photons to discs, because rays find their images; empty: from none.
+  const std::vector<std::vector<Vec3>> images_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays are reused by the next chunk
 };

@@ -10,17 +10,18 @@
 namespace glowworm {
 
 /// What the bounces of a path were, and whether it comes from a light without size: its bits. Passing straight through
-/// a pane is not a bounce. Paths from a medium's own light have none of kNoneBroad.
+/// a pane is not a bounce. Paths from a medium's own light have none of kNoneBroad. Paths with kNotSmooth have met a
+/// sharp surface that is not is_smooth() (transport/sun_images.h); only passes with discs note that.
 inline constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp, kRoughFirst = 4,
-                              kFromDelta = 8;
+                              kFromDelta = 8, kNotSmooth = 16;
 /// The bits of a path after a bounce with the bits `bounce`.
 inline std::uint8_t with_bounce(std::uint8_t path, std::uint8_t bounce) {
   const std::uint8_t first = path & kAnySharp ? path : bounce;
-  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & kAnySharp) |
+  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & (kAnySharp | kNotSmooth)) |
                                    (first & kRoughFirst) | (path & kFromDelta));
 }
 /// Whether a path has come straight from a lamp so far.
-inline bool is_straight_from_lamp(std::uint8_t path) { return (path & ~kFromDelta) == kNoneBroad; }
+inline bool is_straight_from_lamp(std::uint8_t path) { return (path & ~(kFromDelta | kNotSmooth)) == kNoneBroad; }
 /// Whether a path may still leave photons of a choice.
 inline bool may_leave(PhotonChoice choice, std::uint8_t path) {
   if (choice == PhotonChoice::all) return true;

@@ -55,7 +55,7 @@ struct PhotonPassSettings {
   /// All but PhotonChoice::all: make only PhotonPass::caustic, of `photons` photons.
   PhotonChoice choice = PhotonChoice::all;
   /// Fill PhotonPass::segments with the parts of paths that cross one of these discs; null: none. With other choices
-  /// than all, the pass makes them in place of PhotonPass::caustic.
+  /// than all, the pass makes them in place of PhotonPass::caustic, and leaves out those that come from SunImages.
   const DiscTree* discs = nullptr;
   SharedWork* shared = nullptr;  ///< processes that divide the pass; null: this one traces all of it
   /// Paths of the pass at another moment, after KeptPaths::begin(); then those of this pass. The pass has no flux

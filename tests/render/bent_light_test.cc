@@ -132,7 +132,7 @@ TEST(BentLight, SensorsBesideAWallMeetTheLightOfTheirSide) {
   const Stage stage(std::move(d));
   const auto readings =
       measure(stage, integrator(Integrator::gather, 24), {{{0.02f, 0, 1}, {0, 0, -1}}, {{-0.02f, 0, 1}, {0, 0, -1}}});
-  expect_light(readings[0], 0.95, 0.06);
+  EXPECT_NEAR(readings[0].irradiance, 0.95, 1e-4);
   EXPECT_EQ(readings[1].irradiance, 0);
 }
 
@@ -168,7 +168,10 @@ TEST(SlowBentLight, SensorsInAirMeetASunThroughGlass) {
   for (const Integrator by : kAll) {
     SCOPED_TRACE(static_cast<int>(by));
     const auto readings = measure(stage, integrator(by, 16), {{{0.3f, 0.2f, -0.2f}, {0, 0, 1}}});
-    expect_light(readings[0], 3 * kPlate, 0.06);
+    if (by == Integrator::photons)
+      expect_light(readings[0], 3 * kPlate, 0.06);
+    else
+      EXPECT_NEAR(readings[0].irradiance, 3 * kPlate, 0.01 * 3 * kPlate) << "an image of the sun";
   }
 }
 

@@ -1,0 +1,79 @@
+#include "maps/image_light.h"
+
+#include <array>
+#include <map>
+
+#include "core/parallel.h"
+#include "transport/medium.h"
+
+namespace glowworm {
+
+namespace {
+
+/// A directional light and the directions of its images.
+struct ImagedSun {
+  std::uint32_t source = 0;  ///< counted as in Scene::light_power()
+  RGB irradiance;            ///< across its light, W m^-2
+  Vec3 to_sun;
+  std::vector<Vec3> images;
+};
+
+std::vector<ImagedSun> imaged_suns(const Scene& scene, const SunImages& images) {
+  std::vector<ImagedSun> out;
+  for (std::size_t i = 0; i < scene.lights().size(); ++i) {
+    const Light& light = scene.lights()[i];
+    if (light.kind != LightKind::directional || is_black(light.intensity)) continue;
+    const auto source = static_cast<std::uint32_t>(scene.emissive_triangles().size() + i);
+    out.push_back({source, light.intensity, -light.direction, images.of(-light.direction)});
+  }
+  return out;
+}
+
+/// Points at one place that face one way, and their light by suns.
+struct SamePoints {
+  std::vector<std::size_t> points;
+  std::vector<RGB> light;
+};
+
+std::vector<SamePoints> same_points(std::span<const AirPoint> points) {
+  std::map<std::array<float, 6>, std::size_t> place;
+  std::vector<SamePoints> out;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p = points[i].position, n = points[i].normal;
+    const auto [found, added] = place.try_emplace({p.x, p.y, p.z, n.x, n.y, n.z}, out.size());
+    if (added) out.emplace_back();
+    out[found->second].points.push_back(i);
+  }
+  return out;
+}
+
+}  // namespace
+
+void add_image_light(const Tracer& tracer, const SunImages& images, std::span<const AirPoint> points,
+                     SlotRadiance& radiance, std::vector<RGB>& part, Statistics& statistics) {
+  if (images.empty()) return;
+  const Scene& scene = tracer.scene();
+  const std::vector<ImagedSun> suns = imaged_suns(scene, images);
+  std::vector<SamePoints> places = same_points(points);
+  parallel_for_each(places.size(), 1, [&](std::size_t i) {
+    const AirPoint& point = points[places[i].points.front()];
+    const PathMedium medium =
+        scene.media().empty() ? PathMedium{} : medium_at_start(tracer, point.position, point.normal);
+    std::uint64_t rays = 0;
+    for (const ImagedSun& sun : suns) {
+      RGB light(0.0f);
+      for (const Vec3 image : sun.images)
+        if (const float cosine = dot(image, point.normal); cosine > 0)
+          light += light_of_image(tracer, point.position, medium, image, sun.to_sun, rays) * sun.irradiance * cosine;
+      places[i].light.push_back(light);
+    }
+    statistics.add(Counter::occlusion_rays, rays);
+  });
+  for (const SamePoints& same : places)
+    for (std::size_t k = 0; k < suns.size(); ++k)
+      if (!is_black(same.light[k]))
+        for (const std::size_t point : same.points)
+          radiance.add(part, points[point].slot, same.light[k], suns[k].source);
+}
+
+}  // namespace glowworm

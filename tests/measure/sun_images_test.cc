@@ -1,0 +1,202 @@
+// The sun at sensors by flat mirrors and solid glass, against closed forms, at the borders of its spots.
+#include "transport/sun_images.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "control/job.h"
+#include "maps/air_light.h"
+#include "measure/find_year.h"
+#include "measure/measurement.h"
+#include "scene/scene_parts.h"
+
+namespace glowworm {
+namespace {
+
+constexpr float kMirror = 0.9f, kSun = 100;
+constexpr Integrator kBoth[] = {Integrator::gather, Integrator::path};
+
+/// A black floor of 4 m at z = 0 below the sun from 45 degrees, from -x. Materials: floor, mirror, glass.
+SceneDescription black_floor() {
+  SceneDescription d = floor_description();
+  d.materials[0].reflectance.value = RGB(0.0f);
+  d.materials.resize(3);
+  d.materials[1].kind = MaterialKind::conductor;
+  d.materials[1].use_reflectance = true;
+  d.materials[1].reflectance.value = RGB(kMirror);
+  d.materials[2].kind = MaterialKind::dielectric;
+  d.materials[2].reflectance.value = d.materials[2].transmittance.value = RGB(1.0f);
+  Light sun;
+  sun.kind = LightKind::directional;
+  sun.intensity = RGB(kSun);
+  sun.direction = normalize({1, 0, -1});
+  d.lights = {sun};
+  return d;
+}
+
+/// What the mirrors reflect, by Schlick's term.
+double reflected(double cosine) { return kMirror + (1 - kMirror) * std::pow(1 - cosine, 5); }
+
+/// A mirror at x = 1, 0.5 m high and 1 m wide, that throws the sun back to 0.5 < x < 1.
+SceneDescription below_a_mirror() {
+  SceneDescription d = black_floor();
+  add_quad(d, {1, -0.5f, 0}, {0, 0, 0.5f}, {0, 1, 0}, 1);
+  return d;
+}
+
+/// The floor under a slab of glass of 2 cm, 1 m above it and 3 m wide, in the shade of a roof that leaves 1 m open.
+SceneDescription below_a_slab() {
+  SceneDescription d = black_floor();
+  d.lights[0].direction = {0, 0, -1};
+  const Vec3 x{3, 0, 0}, y{0, 3, 0}, z{0, 0, 0.02f}, low{-1.5f, -1.5f, 1};
+  add_quad(d, low, y, x, 2);
+  add_quad(d, low + z, x, y, 2);
+  add_quad(d, low, x, z, 2);
+  add_quad(d, low, z, y, 2);
+  add_quad(d, low + x, y, z, 2);
+  add_quad(d, low + y, z, x, 2);
+  for (const float side : {-1.5f, 0.5f}) add_quad(d, {side, -1.5f, 1.1f}, {1, 0, 0}, {0, 3, 0});
+  return d;
+}
+
+/// Measured irradiance in air.
+Measurement measured(const SceneDescription& d, const Sensors& sensors, Integrator integrator) {
+  const auto scene = std::make_shared<const Scene>(d);
+  RenderSettings s;
+  s.integrator = integrator;
+  s.samples = integrator == Integrator::path ? 256 : 8;
+  s.photons = 5'000;
+  s.gather = 64;
+  Job job(scene, std::make_shared<const Tracer>(*scene), sensor_settings(s), nullptr, sensor_time(),
+          std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
+  job.wait();
+  return measurement_of(sensors, job.snapshot(), *scene);
+}
+
+/// A sensor of 1 mm above the floor that faces along x or up.
+Sensors sensors_at(std::initializer_list<float> x, Vec3 normal) {
+  Sensors out;
+  for (const float at : x) out.add({at, 0.1f, 1e-3f}, normal);
+  return out;
+}
+
+TEST(SunImages, SpotsOfAMirrorHaveSharpBorders) {
+  const double lit = kSun * reflected(std::sqrt(0.5)) * std::sqrt(0.5);
+  const Sensors sensors = sensors_at({0.49f, 0.51f, 0.99f, 0.3f}, {1, 0, 0});
+  for (const Integrator by : kBoth) {
+    const Measurement m = measured(below_a_mirror(), sensors, by);
+    EXPECT_EQ(m.irradiance[0].g, 0);
+    EXPECT_EQ(m.irradiance[3].g, 0);
+    for (const std::size_t i : {1u, 2u}) EXPECT_NEAR(m.irradiance[i].g, lit, 1e-4 * lit);
+  }
+}
+
+TEST(SunImages, TheSunPassesSolidGlassWithSharpBorders) {
+  // All reflections between the faces together let pass (1 - R) / (1 + R), with R = 0.04.
+  const double lit = kSun * 0.96 / 1.04;
+  const Sensors sensors = sensors_at({-0.51f, -0.49f, 0.49f, 0.51f}, {0, 0, 1});
+  for (const Integrator by : kBoth) {
+    const Measurement m = measured(below_a_slab(), sensors, by);
+    for (const std::size_t i : {0u, 3u}) EXPECT_EQ(m.irradiance[i].g, 0);
+    for (const std::size_t i : {1u, 2u}) EXPECT_NEAR(m.irradiance[i].g, lit, 2e-3 * lit);
+  }
+}
+
+/// Two mirrors across given ways, the first 1 m from the origin, the second 2 m from there.
+struct TwoMirrors {
+  Vec3 seen = normalize({0.3f, 0.2f, 1}), between = normalize({1, -0.4f, 0.1f}), to_sun = normalize({0.2f, 0.9f, 0.8f});
+  SceneDescription d = black_floor();
+
+  TwoMirrors() {
+    d.geometry = {};
+    const auto add_mirror = [&](Vec3 center, Vec3 normal) {
+      const Frame f = Frame::from_normal(normal);
+      add_quad(d, center - (f.s + f.t) * 0.05f, f.s * 0.1f, f.t * 0.1f, 1);
+    };
+    add_mirror(seen, normalize(between - seen));
+    add_mirror(seen + between * 2, normalize(to_sun - between));
+    d.lights[0].direction = -to_sun;
+  }
+  double light() const {
+    const auto cosine = [](Vec3 in, Vec3 out) { return std::sqrt((1 - double{dot(in, out)}) / 2); };
+    return reflected(cosine(seen, between)) * reflected(cosine(between, to_sun));
+  }
+};
+
+TEST(SunImages, AreSeenByTwoMirrors) {
+  const TwoMirrors mirrors;
+  const Scene scene(mirrors.d);
+  const Tracer tracer(scene);
+  double light = 0;
+  std::uint64_t rays = 0;
+  for (const Vec3 image : SunImages(scene).of(mirrors.to_sun)) {
+    const double found = light_of_image(tracer, {0, 0, 0}, {}, image, mirrors.to_sun, rays).g;
+    if (found > 0) expect_near(image, mirrors.seen, 1e-5f);
+    light += found;
+  }
+  EXPECT_NEAR(light, mirrors.light(), 1e-5);
+}
+
+/// Facets of a curved mirror are too small for images, and photons bring their light: also where a scene has images.
+TEST(SunImages, LeaveCurvedMirrorsToPhotons) {
+  SceneDescription d = black_floor();
+  constexpr int kFacets = 200;
+  const auto at = [](int k) {
+    const double angle = 1.2 * (k / double{kFacets} - 0.5);  // a convex cylinder
+    return Vec3{static_cast<float>(1.5 - 0.5 * std::cos(angle)), -1, static_cast<float>(0.6 + 0.5 * std::sin(angle))};
+  };
+  for (int i = 0; i < kFacets; ++i) add_quad(d, at(i), at(i + 1) - at(i), {0, 2, 0}, 1);
+  const Sensors sensors = sensors_at({0.2f, 0.4f, 0.6f}, {1, 0, 0});
+  EXPECT_EQ(SunImages(Scene(d)).of({0, 0, 1}).size(), 0u);
+  const Measurement alone = measured(d, sensors, Integrator::gather);
+  // Out of sight.
+  add_quad(d, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, 1);
+  EXPECT_EQ(SunImages(Scene(d)).of({0, 0, 1}).size(), 2u);
+  for (const Integrator by : kBoth) {
+    const Measurement m = measured(d, sensors, by);
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      const double light = alone.irradiance[i].g;
+      EXPECT_GT(light, 5) << i;
+      const double error = light * std::hypot(alone.relative_error[i], m.relative_error[i]);
+      EXPECT_NEAR(m.irradiance[i].g, light, 3 * error + 0.03 * light) << i;
+    }
+  }
+}
+
+/// At hours between the places of the sun whose light is interpolated.
+TEST(SunImages, SpotsOfAYearAreWhereTheSunThrowsThem) {
+  SceneDescription d;
+  d.materials = black_floor().materials;
+  add_quad(d, {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+  // North is -z: a mirror of 20 cm in the north throws the sun back.
+  add_quad(d, {-0.1f, 0.5f, -1}, {0.2f, 0, 0}, {0, 0.2f, 0}, 1);
+  WeatherYear weather;
+  for (const double hour : {10.2, 11.3, 12.6}) {
+    WeatherHour h;
+    h.moment = {4, 3, hour, 48, 0, 0};
+    h.irradiance = {700, 1};
+    weather.hours.push_back(h);
+  }
+  const YearModel model(weather, "", 145, 0, 7.5);
+  Sensors sensors;
+  for (const Vec3 sun : model.sky.sun) {
+    // On the way of the middle of the spot, and 15 cm beside it.
+    const Vec3 out = {sun.x, sun.y, -sun.z}, middle = Vec3{0, 0.6f, -1} - out * (0.4f / out.y);
+    for (const float beside : {0.0f, 0.15f}) sensors.add(middle + Vec3{beside, 0, 0}, {0, 0, -1});
+  }
+  const Scene plain(d);
+  const YearScene sky = under_sky(plain, model);
+  const auto grid = coefficient_grid(sensors, false);
+  const DirectSun found = direct_sun(*sky.tracer, *grid, sensors.size(), model.sky);
+  for (std::size_t hour = 0; hour < 3; ++hour) {
+    const Vec3 sun = model.sky.sun[hour];
+    const double expected = sun.z * reflected(sun.z);
+    EXPECT_NEAR(found.mirrored[2 * hour * 3 + hour], expected, 1e-4 * expected) << hour;
+    EXPECT_EQ(found.mirrored[(2 * hour + 1) * 3 + hour], 0) << hour;
+  }
+}
+
+}  // namespace
+}  // namespace glowworm
