@@ -27,7 +27,7 @@ constexpr const char* kStyle = R"(
 @page { size: A4; margin: 16mm 15mm; }
 body { font: 10pt/1.45 system-ui, "DejaVu Sans", Arial, sans-serif; color: #1a1a1a; max-width: 180mm; margin: 8mm auto; }
 @media print { body { margin: 0; } }
-h1 { font-size: 17pt; margin: 0 0 1mm; } h2 { font-size: 12.5pt; margin: 8mm 0 2mm; border-bottom: 0.4mm solid #1a1a1a; }
+h1 { font-size: 17pt; margin: 0 0 1mm; } h2 { font-size: 12.5pt; margin: 8mm 0 2mm; border-bottom: 0.4mm solid #1a1a1a; break-after: avoid; }
 .about { color: #555; overflow-wrap: anywhere; margin: 0; font-size: 8.5pt; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 0.8mm 0 0.8mm 3mm; border-bottom: 0.2mm solid #ccc; vertical-align: top; }
@@ -309,6 +309,7 @@ std::vector<LuminaireRow> luminaire_rows(const std::vector<std::string>& texts) 
       row.name = file.name;
       if (const std::string& lamps = file.sets[file.set].name; !lamps.empty())
         row.name += (row.name.empty() ? "" : ", ") + lamps;
+      if (parsed.factor != 1) row.name += fmt::format("{}factor {:g}", row.name.empty() ? "" : ", ", parsed.factor);
       row.opening = parsed.point ? "point" : facts.opening;
       row.flux = facts.flux * parsed.factor;
       row.power = file.sets[file.set].power;

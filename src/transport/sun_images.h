@@ -1,8 +1,9 @@
-// Images of suns: directions in which flat mirrors and panes, and solid glass with flat faces, show a directional light.
+// Images of suns: directions in which flat mirrors and panes, and solid glass with flat faces, show a directional
+// light.
 //
 // A chain of smooth flat surfaces sends parallel light on as parallel light, in a direction that depends on their
-// normals alone. So a point sees the sun by such surfaces in few directions, known beforehand: one ray in each finds the
-// light exactly, with sharp borders.
+// normals alone. So a point sees the sun by such surfaces in few directions, known beforehand: one ray in each finds
+// the light exactly, with sharp borders.
 #pragma once
 #include <cstdint>
 #include <utility>

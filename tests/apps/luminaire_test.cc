@@ -115,7 +115,10 @@ TEST_F(LuminaireTest, WritesAReportOfZones) {
            "--integrator", "path", "--samples", "64", "--report", "room.html"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const std::string page = read(path("room.html"));
-  for (const char* part : {"desk", "ground", "panel.ies", "0.5, 2.9, 0; -0.5, 2.9, 0", "<svg", "Glowworm"})
+  // Two of 0.8 * 1000 pi lm and 25 W.
+  for (const char* part :
+       {"desk", "ground", "panel.ies", "Panel, factor 0.8</td>", "<td>2</td><td>2513</td><td>25.0</td><td>101</td>",
+        "<td>50.0</td>", "<td>panel.ies</td><td>502", "0.5, 2.9, 0; -0.5, 2.9, 0", "<svg", "Glowworm"})
     EXPECT_THAT(page, HasSubstr(part));
   EXPECT_NE(run({"measure", "room.obj", "--grid", "y=0.8,1", "--report", "room.html"}).status, 0) << "without zones";
 }

@@ -4,8 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -136,6 +140,47 @@ Measurement measured_at(const Sensors& sensors, const Scene& scene) {
     m.relative_error.push_back(0.01f);
   }
   return m;
+}
+
+/// All numbers of a path of SVG.
+std::vector<double> numbers_of(const std::string& path) {
+  std::vector<double> out;
+  std::string word;
+  for (const char c : path + " ")
+    if (std::isdigit(c) || c == '.' || c == '-')
+      word += c;
+    else if (!word.empty())
+      out.push_back(std::stod(std::exchange(word, "")));
+  return out;
+}
+
+/// 300 lx + 100 lx a metre along x: each line stands where the light has its level, and is labelled so.
+TEST(RoomReport, IsolinesStandWhereTheLightHasTheirLevel) {
+  const Scene scene(room());
+  const Tracer tracer(scene);
+  Sensors sensors;
+  const Zone desk = add_zone("desk=-1,0.8,-1,1,0.8,1,0.25", tracer, sensors, 10'000);
+  const std::string plan = zone_plan(desk, measured_at(sensors, scene), scene);
+  const double mm = 135.0 / 2;  // of a metre: the height of plans
+  std::vector<double> levels;
+  for (std::size_t at = plan.find("stroke=\"#7a3b00\""); at != std::string::npos;
+       at = plan.find("stroke=\"#7a3b00\"", at + 1)) {
+    const std::size_t start = plan.rfind("d=\"", at) + 3;
+    const std::vector<double> line = numbers_of(plan.substr(start, plan.find('"', start) - start));
+    const double level = 300 + 100 * (line[0] / mm - 1);
+    levels.push_back(std::round(level / 10) * 10);
+    EXPECT_NEAR(level, levels.back(), 0.1);
+    for (std::size_t i = 0; i < line.size(); i += 2) EXPECT_NEAR(line[i], line[0], 0.02);
+    EXPECT_THAT(plan, HasSubstr(">" + std::to_string(static_cast<int>(levels.back())) + "</text>"));
+  }
+  EXPECT_GE(levels.size(), 3u);
+  EXPECT_TRUE(std::adjacent_find(levels.begin(), levels.end(), std::greater_equal<>()) == levels.end());
+  // The panel, a square of 1 m in the middle.
+  const std::size_t lamps = plan.rfind("d=\"", plan.find("#3f78c0")) + 3;
+  const std::vector<double> outline = numbers_of(plan.substr(lamps, plan.find('"', lamps) - lamps));
+  const auto [least, most] = std::minmax_element(outline.begin(), outline.end());
+  EXPECT_NEAR(*least, 0.5 * mm, 0.02);
+  EXPECT_NEAR(*most, 1.5 * mm, 0.02);
 }
 
 TEST(RoomReport, HasFiguresPlansAndIsWellFormed) {
