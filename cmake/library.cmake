@@ -58,7 +58,7 @@ install(FILES ${CMAKE_BINARY_DIR}/lib/glowworm.pc DESTINATION ${CMAKE_INSTALL_LI
 set(man ${CMAKE_BINARY_DIR}/lib/glowworm.1)
 set(completion ${CMAKE_BINARY_DIR}/lib/glowworm.bash)
 add_custom_command(OUTPUT ${man} ${completion}
-  COMMAND ${CMAKE_SOURCE_DIR}/scripts/make-man-page $<TARGET_FILE:glowworm> ${man} ${completion}
+  COMMAND ${CMAKE_SOURCE_DIR}/scripts/make-man-page ${man} ${completion} ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:glowworm>
   DEPENDS glowworm ${CMAKE_SOURCE_DIR}/scripts/make-man-page VERBATIM)
 add_custom_target(man ALL DEPENDS ${man} ${completion})
 install(FILES ${man} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
