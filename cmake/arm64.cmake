@@ -1,5 +1,5 @@
 # Toolchain file: cross-compiles for 64-bit ARM with Debian's g++-aarch64-linux-gnu and the libraries of its architecture
-# arm64. qemu-user-static runs what a build runs. scripts/check-arm64 does all steps in an empty root.
+# arm64. qemu-user-static runs what a build runs. scripts/check-container --arm64 does all steps in an empty root.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
