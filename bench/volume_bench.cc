@@ -77,7 +77,7 @@ VolumeSegments segments_of(std::uint32_t kind, float g) {
 struct Cloud {
   VolumePhotons photons;
   VolumeBeams beams;
-  std::vector<float> radii;
+  PhotonKernels kernels;
   BeamPieces pieces;
   VolumeMap photon_map, beam_map;
 
@@ -87,12 +87,12 @@ struct Cloud {
       const Vec3 p = place(i, 1), d = direction(i, 4);
       beams.push_back(p, d, std::min(-std::log(1 - number(i, 6)) / kSigma, to_wall(p, d)), RGB(1.0f), 0, 0);
     }
-    radii = volume_photon_radii(photons, held);
+    kernels = volume_photon_kernels(photons, held);
     pieces = volume_beam_pieces(beams, held);
     // Segments meet all beams.
     pieces.parts.clear();
     Statistics statistics;
-    photon_map.build(photons, photons.flux, radii, 1, statistics);
+    photon_map.build(photons, photons.flux, kernels, 1, statistics);
     beam_map.build(beams, beams.flux, pieces, 1, statistics);
   }
 };
@@ -135,9 +135,10 @@ void plain(benchmark::State& state, bool beams) {
     some.push_back(place(i, 1), direction(i, 4), 0.5f, RGB(1.0f), 0, 0);
   }
   const BeamPieces pieces = volume_beam_pieces(some, held);
-  const std::vector<float> radii(kSome, 0.25f * kSide);
+  PhotonKernels kernels = volume_photon_kernels(photons, held);
+  kernels.radii.assign(kSome, 0.25f * kSide);
   const VolumeIndex index =
-      beams ? VolumeIndex(some, some.flux, pieces, 1) : VolumeIndex(photons, photons.flux, radii, 1);
+      beams ? VolumeIndex(some, some.flux, pieces, 1) : VolumeIndex(photons, photons.flux, kernels, 1);
   const VolumeTree tree = index.tree(index.media()[0]);
   const std::size_t blocks = (beams ? pieces.radii.size() : kSome) / kVolumeBlock;
   SegmentTile tile{};
@@ -172,7 +173,7 @@ void march(benchmark::State& state, std::uint32_t kind) {
   PhotonPlaces places;
   places.build(c.photons.position, c.photons.position, {});
   double mean = 0;
-  for (const float r : c.radii) mean += double{r} / static_cast<double>(c.radii.size());
+  for (const float r : c.kernels.radii) mean += double{r} / static_cast<double>(c.kernels.size());
   const auto radius = static_cast<float>(mean);
   std::vector<FoundPhoton> found;
   std::uint64_t tested = 0;
@@ -219,7 +220,7 @@ void radii(benchmark::State& state, bool beams) {
     if (beams)
       benchmark::DoNotOptimize(volume_beam_pieces(c.beams, held).radii.data());
     else
-      benchmark::DoNotOptimize(volume_photon_radii(c.photons, held).data());
+      benchmark::DoNotOptimize(volume_photon_kernels(c.photons, held).data());
   }
   set_thread_count(0);
   set_rate(state, "photons", static_cast<double>(beams ? c.beams.size() : c.photons.size()));

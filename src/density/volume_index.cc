@@ -52,24 +52,29 @@ void set_place(Block& block, std::size_t lane, Vec3 place, Vec3 direction, RGB f
 struct PhotonItems {
   const VolumePhotons& photons;
   std::span<const RGB> flux;
-  std::span<const float> radii;
+  const PhotonKernels& kernels;
   float scale;
 
   std::size_t size() const { return photons.size(); }
   VolumeIndex::Key key(std::size_t i) const { return {photons.medium[i], 0}; }
   bool counts(std::size_t i) const {
-    return has_weight(flux[i], radii[i] * scale) && is_finite(photons.position[i]) && is_finite(photons.direction[i]);
+    return has_weight(flux[i], radius(i)) && is_finite(photons.position[i]) && is_finite(photons.direction[i]);
   }
   Vec3 middle(std::size_t i) const { return photons.position[i]; }
   CompactRow row(std::size_t i) const {
     const Vec3 p = photons.position[i];
-    return {{p.x, p.y, p.z, 0, 0, 0, radii[i] * scale, 0}};
+    return {{p.x, p.y, p.z, 0, 0, 0, radius(i), 0}};
   }
   void fill(VolumePhotonBlock& block, std::size_t lane, std::size_t i) const {
-    const float radius = radii[i] * scale;
-    set_place(block, lane, photons.position[i], photons.direction[i], scaled_flux(flux[i], radius));
-    block.inverse_radius_squared[lane] = 1 / (radius * radius);
+    const float r = radius(i);
+    const Vec3 wall = kernels.walls[i];
+    set_place(block, lane, photons.position[i], photons.direction[i], scaled_flux(flux[i], r));
+    block.inverse_radius_squared[lane] = 1 / (r * r);
+    block.wall_x[lane] = wall.x;
+    block.wall_y[lane] = wall.y;
+    block.wall_z[lane] = wall.z;
   }
+  float radius(std::size_t i) const { return kernels.radii[i] * scale; }
 };
 
 /// Pieces of beams, as the index sees them: once for each part of their medium that holds their beam.
@@ -233,9 +238,9 @@ void set_child(VolumeNode& node, std::size_t child, const ReachBox& bounds) {
 
 }  // namespace
 
-VolumeIndex::VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii,
+VolumeIndex::VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, const PhotonKernels& kernels,
                          float scale) {
-  build(PhotonItems{photons, flux, radii, scale}, photons_);
+  build(PhotonItems{photons, flux, kernels, scale}, photons_);
 }
 
 VolumeIndex::VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale) {

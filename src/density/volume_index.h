@@ -29,7 +29,7 @@ class VolumeIndex {
 
   /// Builds on all threads; the index does not depend on their number. @param flux of the photons, W
   /// @param scale factor on the radii
-  VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii, float scale);
+  VolumeIndex(const VolumePhotons& photons, std::span<const RGB> flux, const PhotonKernels& kernels, float scale);
   VolumeIndex(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale);
   VolumeIndex() = default;
 

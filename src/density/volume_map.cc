@@ -305,11 +305,11 @@ class SegmentWorker {
 
 }  // namespace
 
-void VolumeMap::build(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii,
+void VolumeMap::build(const VolumePhotons& photons, std::span<const RGB> flux, const PhotonKernels& kernels,
                       float scale, Statistics& statistics) {
   PhaseTimer timer(statistics, Phase::build_photon_map);
   index_ = VolumeIndex();
-  index_ = VolumeIndex(photons, flux, radii, scale);
+  index_ = VolumeIndex(photons, flux, kernels, scale);
 }
 
 void VolumeMap::build(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale,

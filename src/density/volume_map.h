@@ -18,9 +18,8 @@ class VolumeMap {
   /// Builds the index over photons, on all threads (Phase::build_photon_map). Replaces the previous index. Photons
   /// whose numbers are not finite, or without flux, are left out.
   /// @param flux  what estimate() sums, one value for each photon, W, in place of VolumePhotons::flux
-  /// @param radii of each photon, metres: volume_photon_radii()
   /// @param scale factor on the radii
-  void build(const VolumePhotons& photons, std::span<const RGB> flux, std::span<const float> radii, float scale,
+  void build(const VolumePhotons& photons, std::span<const RGB> flux, const PhotonKernels& kernels, float scale,
              Statistics& statistics);
   /// As above, of beams. @param pieces volume_beam_pieces() of these beams
   void build(const VolumeBeams& beams, std::span<const RGB> flux, const BeamPieces& pieces, float scale,
@@ -37,7 +36,7 @@ class VolumeMap {
   /// sin(theta)), where K1 is the projection of the tube's kernel; ends cut a crossing off, so parallel beams have a
   /// finite sum. Either way, the segment's end is sharp, and the part of a kernel that reaches out of the medium at its
   /// boundary is lost: within a radius of a boundary the estimate is too low, by half at most beside a plane, unless
-  /// BeamPieces::factor or correct_photons() makes up for it.
+  /// BeamPieces::factor or PhotonKernels::walls make up for it.
   void estimate(const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const;
 
   /// Whether no photon or beam is in the index.

@@ -263,9 +263,11 @@ class BeamCutter {
 
 }  // namespace
 
-std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32_t k) {
+PhotonKernels volume_photon_kernels(const VolumePhotons& photons, std::uint32_t k) {
+  PhotonKernels kernels;
   // The radii of photons that are nowhere are never read.
-  std::vector<float> radii(photons.size(), 1.0f);
+  kernels.radii.assign(photons.size(), 1.0f);
+  kernels.walls.assign(photons.size(), Vec3{0, 0, 0});
   const auto place = [&](std::uint32_t i) { return photons.position[i]; };
   for_media(by_medium(photons.medium, place), photons.medium, [&](std::span<const std::uint32_t> items) {
     std::vector<Vec3> places(items.size());
@@ -273,9 +275,9 @@ std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32
     const double held = std::max(k, 1u);
     const RadiusField field(places, std::max<std::size_t>(k, kLeastNeighbours),
                             [&](double density) { return std::cbrt(held * 3 / (4 * std::numbers::pi * density)); });
-    field.for_items([&](std::uint32_t i, float radius) { radii[items[i]] = radius; });
+    field.for_items([&](std::uint32_t i, float radius) { kernels.radii[items[i]] = radius; });
   });
-  return radii;
+  return kernels;
 }
 
 std::size_t BeamPieces::most(std::size_t beams) { return beams * (kMeanPieces + 1); }

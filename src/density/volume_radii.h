@@ -7,9 +7,9 @@
 
 namespace glowworm {
 
-/// Returns a radius for each photon: of a sphere that holds about k photons of its medium. Metres; positive and finite.
-/// Does not depend on the number of threads.
-std::vector<float> volume_photon_radii(const VolumePhotons& photons, std::uint32_t k);
+/// Returns kernels without walls. The radius of each photon is that of a sphere that holds about k photons of its
+/// medium; positive and finite. Does not depend on the number of threads.
+PhotonKernels volume_photon_kernels(const VolumePhotons& photons, std::uint32_t k);
 
 /// The pieces that beams are cut into: small boxes hold them, and each has a radius of its own, so that a beam is
 /// narrow where beams are dense.

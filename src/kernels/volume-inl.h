@@ -162,13 +162,14 @@ struct SegmentLanes {
 template <class D>
 struct PhotonLanes {
   static constexpr bool kIsTube = false;
-  hn::Vec<D> place[3], travel[3], inverse_radius_squared, flux[3];
+  hn::Vec<D> place[3], travel[3], inverse_radius_squared, flux[3], wall[3];
   template <class Load>
   HWY_INLINE PhotonLanes(const VolumePhotonBlock& block, const Load& load)
       : place{load(block.x), load(block.y), load(block.z)},
         travel{load(block.dx), load(block.dy), load(block.dz)},
         inverse_radius_squared(load(block.inverse_radius_squared)),
-        flux{load(block.r), load(block.g), load(block.b)} {}
+        flux{load(block.r), load(block.g), load(block.b)},
+        wall{load(block.wall_x), load(block.wall_y), load(block.wall_z)} {}
 };
 template <class D>
 struct PieceLanes {
@@ -213,8 +214,18 @@ HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PhotonLa
   hn::Vec<D> way[3];
   const auto t = way_to(d, segment, photon.place, way);
   const auto u = hn::Mul(dot3(d, way, way), photon.inverse_radius_squared), one = hn::Set(d, 1.0f);
-  const auto inside = hn::And(hn::Lt(u, one), hn::And(hn::Ge(t, hn::Zero(d)), hn::Le(t, segment.length)));
-  return {inside, hn::IfThenElseZero(inside, hn::Sub(one, u)), hn::IfThenElseZero(inside, t), hn::Zero(d)};
+  auto inside = hn::And(hn::Lt(u, one), hn::And(hn::Ge(t, hn::Zero(d)), hn::Le(t, segment.length)));
+  auto weight = hn::Sub(one, u);
+  const auto wall_squared = dot3(d, photon.wall, photon.wall);
+  if (!hn::AllFalse(d, inside) && !hn::AllFalse(d, hn::Gt(wall_squared, hn::Zero(d)))) {
+    // The wall cuts the disc across the segment along a line, over which the rest is folded.
+    const auto before = hn::Sub(one, dot3(d, photon.wall, way)), along = dot3(d, photon.wall, segment.direction);
+    const auto slope = hn::Max(hn::NegMulAdd(along, along, wall_squared), hn::Set(d, 1e-30f));
+    const auto further = hn::Div(hn::Mul(hn::Set(d, 4.0f), before), slope);
+    inside = hn::And(inside, hn::Gt(before, hn::Zero(d)));
+    weight = hn::Add(weight, hn::Max(hn::NegMulAdd(further, photon.inverse_radius_squared, weight), hn::Zero(d)));
+  }
+  return {inside, hn::IfThenElseZero(inside, weight), hn::IfThenElseZero(inside, t), hn::Zero(d)};
 }
 
 /// From the foot of the piece's beginning on the segment, the square distance from the beam is A + 2 B t + C t^2, and

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "bsdf/measured.h"
 #include "core/box.h"
@@ -81,12 +83,12 @@ float kernel_angle(std::size_t ray, float turn) {
 /// The photons as balls. A segment meets the disc across it, and discs of all directions fill the ball.
 class Balls {
  public:
-  Balls(const VolumePhotons& photons, std::span<const float> radii, float scale)
-      : photons_(photons), radii_(radii), scale_(scale) {}
+  Balls(const VolumePhotons& photons, const PhotonKernels& kernels, float scale)
+      : photons_(photons), kernels_(kernels), scale_(scale) {}
   std::size_t size() const { return photons_.size(); }
   std::uint32_t medium(std::size_t i) const { return photons_.medium[i]; }
   Vec3 middle(std::size_t i) const { return photons_.position[i]; }
-  float reach(std::size_t i) const { return radii_[i] * scale_; }
+  float reach(std::size_t i) const { return kernels_.radii[i] * scale_; }
   bool counts(std::size_t i) const { return is_finite(middle(i)); }
   KernelRays rays(std::size_t i) const {
     const Vec2 random = kernel_numbers(i);
@@ -101,7 +103,7 @@ class Balls {
 
  private:
   const VolumePhotons& photons_;
-  const std::span<const float> radii_;
+  const PhotonKernels& kernels_;
   const float scale_;
 };
 
@@ -191,88 +193,184 @@ class NearCells {
   std::vector<std::uint8_t> near_;
 };
 
-/// Measures which part of a kernel lies in its medium.
-class PartInMedium {
+/// The parts of a kernel's ray that lie in its medium.
+struct RayParts {
+  float radius = 0;
+  std::vector<MediumSpan> parts;
+  Vec3 wall{0, 0, 0};  ///< PhotonKernels::walls, where the ray leaves the medium first; 0 if it does not
+
+  /// The share of the kernel along the ray that lies in the medium, up to a distance.
+  float share(float limit) const {
+    float sum = 0;
+    for (const MediumSpan& part : parts)
+      if (part.first < limit)
+        sum += share_within(std::min(part.last, limit) / radius) - share_within(part.first / radius);
+    return sum;
+  }
+};
+using KernelParts = std::array<RayParts, kRaysOfKernel>;
+
+/// Follows the rays of kernels through their media.
+class MediumParts {
  public:
-  explicit PartInMedium(const Tracer& tracer) : tracer_(tracer), scene_(tracer.scene()) {
+  explicit MediumParts(const Tracer& tracer) : tracer_(tracer), scene_(tracer.scene()) {
     // Surfaces that name media say what is behind them.
     for (const Material& m : scene_.materials())
       passed_.push_back(is_passed(scene_.materials(), m) || m.inside != kUnnamed || m.outside != kUnnamed);
   }
 
-  float share(const KernelRays& rays, std::uint32_t medium) const {
+  void find(const KernelRays& rays, std::uint32_t medium, KernelParts& out) const {
     std::array<Hit, kRaysOfKernel> hits;
     tracer_.intersect(rays, hits, RayOrder::incoherent);
-    float sum = 0;
-    for (std::size_t i = 0; i < kRaysOfKernel; ++i) sum += share(rays[i], hits[i], medium);
-    return std::max(sum / kRaysOfKernel, kLeastShare);
+    for (std::size_t i = 0; i < kRaysOfKernel; ++i) follow(rays[i], hits[i], medium, out[i]);
   }
 
  private:
-  /// Of the kernel along a ray. @param hit the first
-  float share(const Ray& whole, Hit hit, std::uint32_t medium) const {
+  /// @param hit the first
+  void follow(const Ray& whole, Hit hit, std::uint32_t index, RayParts& out) const {
+    const Medium& medium = scene_.media()[index];
     const float radius = whole.t_max;
-    const MediumSpan bounds = span_in(scene_.media()[medium], whole.origin, whole.direction, 0, radius);
+    const MediumSpan bounds = span_in(medium, whole.origin, whole.direction, 0, radius);
+    out = {radius, {}, {0, 0, 0}};
     PathState path;
     path.ray = whole;
-    path.medium = {medium, true};
-    bool in_body = false;
-    float sum = 0, from = 0;
+    path.medium = {index, true};
+    bool in_body = false, is_in = true;
+    float from = 0;
     for (;;) {
       const float to = hit.triangle == kNone ? radius : from + hit.distance;
-      const float first = std::max(from, bounds.first), last = std::min(to, bounds.last);
-      if (!in_body && path.medium.index == medium && first < last)
-        sum += share_within(last / radius) - share_within(first / radius);
-      if (hit.triangle == kNone) return sum;
+      const MediumSpan part{std::max(from, bounds.first), std::min(to, bounds.last)};
+      if (is_in && !part.empty()) out.parts.push_back(part);
+      if (is_in && bounds.last < to) set_wall(whole.direction, bounds.last, bound_normal(medium, whole), out);
+      if (hit.triangle == kNone) return;
       const PathMedium before = path.medium;
+      const Vec3 normal = scene_.geometry().normal(hit.triangle);
       pass_interface(scene_, path, hit);
       if (!passed_[scene_.geometry().material_of(hit.triangle)]) {
         path.medium = before;
         in_body = !in_body;
       }
+      is_in = !in_body && path.medium.index == index;
+      if (!is_in) set_wall(whole.direction, to, normal, out);
       path.ray.t_max = radius - to;
-      if (!(path.ray.t_max > 0)) return sum;
+      if (!(path.ray.t_max > 0)) return;
       from = to;
       hit = tracer_.intersect(path.ray);
     }
   }
+
+  /// Remembers the first tangent plane.
+  static void set_wall(Vec3 direction, float distance, Vec3 normal, RayParts& out) {
+    // Nearer planes cut all discs in half, too.
+    constexpr float kLeastDistance = 1e-3f;
+    if (dot(out.wall, out.wall) > 0) return;
+    const float cosine = dot(normal, direction),
+                away = std::max(std::abs(cosine) * distance, kLeastDistance * out.radius);
+    out.wall = normal * (std::copysign(1.0f, cosine) / away);
+  }
+
+  /// Of the side by which a ray leaves the box of a medium.
+  static Vec3 bound_normal(const Medium& medium, const Ray& ray) {
+    const Transform& map = medium.to_medium;
+    const Vec3 from = map.point(ray.origin), along = map.vector(ray.direction);
+    int side = 0;
+    float nearest = std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (along[axis] == 0) continue;
+      const float end = along[axis] > 0 ? medium.bounds->max[axis] : medium.bounds->min[axis];
+      const float distance = (end - from[axis]) / along[axis];
+      if (distance < nearest) {
+        nearest = distance;
+        side = axis;
+      }
+    }
+    return normalize({map.x[side], map.y[side], map.z[side]});
+  }
+
   const Tracer& tracer_;
   const Scene& scene_;
   std::vector<bool> passed_;  // of each material
 };
 
-/// Makes a factor for each kernel: one over its share in its medium.
-template <class Kernels>
-std::vector<float> factors_of(const Tracer& tracer, const Kernels& kernels) {
-  std::vector<float> factor(kernels.size(), 1.0f);
-  if (factor.empty()) return factor;
+/// The part of a ray before a plane, metres; may be infinite.
+float distance_to(Vec3 wall, Vec3 direction) {
+  const float slope = dot(wall, direction);
+  return slope > 0 ? 1 / slope : std::numeric_limits<float>::infinity();
+}
+
+/// The plane among those of the rays, or none, before which the medium lies: shares of rays differ least.
+Vec3 best_wall(const KernelRays& rays, const KernelParts& parts) {
+  Vec3 best{0, 0, 0};
+  float least = std::numeric_limits<float>::infinity();
+  const auto try_wall = [&](Vec3 wall) {
+    float unlike = 0;
+    for (std::size_t i = 0; i < kRaysOfKernel; ++i) {
+      const float radius = parts[i].radius;
+      unlike += std::abs(share_within(distance_to(wall, rays[i].direction) / radius) - parts[i].share(radius));
+    }
+    if (!(unlike < least)) return;
+    least = unlike;
+    best = wall;
+  };
+  try_wall(best);
+  for (const RayParts& ray : parts) try_wall(ray.wall);
+  return best;
+}
+
+/// One over the share of the kernel before a plane that lies in the medium, at most one over kLeastShare.
+float factor_before(Vec3 wall, const KernelRays& rays, const KernelParts& parts) {
+  float whole = 0, there = 0;
+  for (std::size_t i = 0; i < kRaysOfKernel; ++i) {
+    const float limit = distance_to(wall, rays[i].direction);
+    whole += share_within(limit / parts[i].radius);
+    there += parts[i].share(limit);
+  }
+  return whole / std::max(there, kLeastShare * whole);
+}
+
+/// Calls correct(kernel, rays, parts) for each kernel that a boundary may cut.
+template <class Kernels, class Correct>
+void for_cut_kernels(const Tracer& tracer, const Kernels& kernels, const Correct& correct) {
+  if (kernels.size() == 0) return;
   const NearCells cells(tracer, kernels);
-  const PartInMedium part(tracer);
-  parallel_for_each(kernels.size(), even_grain(kernels.size()), [&](std::size_t i) {
-    if (!kernels.counts(i)) return;
-    const Vec3 middle = kernels.middle(i);
-    const std::uint32_t medium = kernels.medium(i);
-    const float reach = kernels.reach(i);
-    bool is_near = !is_within_bounds(tracer.scene().media()[medium], middle, reach);
-    if (!is_near && cells.are_near(middle))
-      tracer.visit_near(middle, reach, [&](std::uint32_t) {
-        is_near = true;
-        return false;
-      });
-    if (is_near) factor[i] = 1 / part.share(kernels.rays(i), medium);
+  const MediumParts in_medium(tracer);
+  parallel_for(0, kernels.size(), even_grain(kernels.size()), [&](std::size_t first, std::size_t last) {
+    KernelParts parts;
+    for (std::size_t i = first; i < last; ++i) {
+      if (!kernels.counts(i)) continue;
+      const Vec3 middle = kernels.middle(i);
+      const std::uint32_t medium = kernels.medium(i);
+      const float reach = kernels.reach(i);
+      bool is_near = !is_within_bounds(tracer.scene().media()[medium], middle, reach);
+      if (!is_near && cells.are_near(middle))
+        tracer.visit_near(middle, reach, [&](std::uint32_t) {
+          is_near = true;
+          return false;
+        });
+      if (!is_near) continue;
+      const KernelRays rays = kernels.rays(i);
+      in_medium.find(rays, medium, parts);
+      correct(i, rays, parts);
+    }
   });
-  return factor;
 }
 
 }  // namespace
 
 void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces) {
-  pieces.factor = factors_of(tracer, Tubes(beams, pieces, scale));
+  pieces.factor.assign(pieces.radii.size(), 1.0f);
+  for_cut_kernels(tracer, Tubes(beams, pieces, scale),
+                  [&](std::size_t i, const KernelRays& rays, const KernelParts& parts) {
+                    pieces.factor[i] = factor_before({0, 0, 0}, rays, parts);
+                  });
 }
 
-void correct_photons(const Tracer& tracer, std::span<const float> radii, float scale, VolumePhotons& photons) {
-  const std::vector<float> factor = factors_of(tracer, Balls(photons, radii, scale));
-  for (std::size_t i = 0; i < photons.size(); ++i) photons.flux[i] *= factor[i];
+void correct_photons(const Tracer& tracer, float scale, VolumePhotons& photons, PhotonKernels& kernels) {
+  for_cut_kernels(tracer, Balls(photons, kernels, scale),
+                  [&](std::size_t i, const KernelRays& rays, const KernelParts& parts) {
+                    kernels.walls[i] = best_wall(rays, parts);
+                    photons.flux[i] *= factor_before(kernels.walls[i], rays, parts);
+                  });
 }
 
 }  // namespace glowworm

@@ -17,7 +17,10 @@ namespace glowworm {
 /// @param scale factor on the radii
 void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale, BeamPieces& pieces);
 
-/// The same for points, which are blurred over the discs across segments: multiplies their flux.
-void correct_photons(const Tracer& tracer, std::span<const float> radii, float scale, VolumePhotons& photons);
+/// The same for points, which are blurred over the discs across segments. How much of a disc lies in the medium depends
+/// on the direction of the segment, so one factor for all would brighten segments towards a wall and darken those along
+/// it. Sets PhotonKernels::walls to the tangent planes of boundaries that the rays meet, the one for each photon that
+/// tells best where its medium ends; multiplies the flux by what remains, as at edges.
+void correct_photons(const Tracer& tracer, float scale, VolumePhotons& photons, PhotonKernels& kernels);
 
 }  // namespace glowworm

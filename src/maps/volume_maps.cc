@@ -21,19 +21,31 @@ bool varies_in_colour(const Medium& medium) {
   return grid && (!is_grey || !grid->sigma_a.empty() || !grid->sigma_s.empty());
 }
 
-/// For each medium whether its photons are beams.
-std::vector<bool> choose_beams(const Scene& scene, const VolumePhotons& points, std::span<const float> radii) {
-  std::vector<double> radius(scene.media().size()), count(radius);
+/// Media thinner than this have beams: few photons scatter there.
+constexpr double kThinMedium = 1.0 / 32;
+
+/// Half of the diagonal of a medium's box; or of the scene's, where surfaces bound the medium. Metres.
+double radius_of(const Scene& scene, const Medium& medium) {
+  if (medium.bounds) return 0.5 * double{length(inverse(medium.to_medium).vector(medium.bounds->diagonal()))};
+  return scene.bounds().empty() ? 0.0 : 0.5 * double{length(scene.bounds().diagonal())};
+}
+
+/// For each medium whether its photons are beams. Points have less error at equal time in all but the thinnest media:
+/// a segment meets fewer of them, and finds their sum faster.
+std::vector<bool> choose_beams(const Scene& scene, const VolumePhotons& points) {
+  std::vector<double> sigma_t(scene.media().size()), count(sigma_t);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::uint32_t m = points.medium[i];
     const MediumPoint here = medium_point(scene.media()[m], points.position[i]);
-    const float sigma_t = max_component(here.sigma_a + here.sigma_s);
-    radius[m] += static_cast<double>(radii[i]) * static_cast<double>(sigma_t);
+    sigma_t[m] += double{max_component(here.sigma_a + here.sigma_s)};
     ++count[m];
   }
   std::vector<bool> out;
-  for (std::size_t m = 0; m < radius.size(); ++m)
-    out.push_back(!varies_in_colour(scene.media()[m]) && radius[m] <= count[m]);
+  for (std::size_t m = 0; m < count.size(); ++m) {
+    const Medium& medium = scene.media()[m];
+    const double thickness = count[m] > 0 ? sigma_t[m] / count[m] * radius_of(scene, medium) : 0.0;
+    out.push_back(!varies_in_colour(medium) && thickness < kThinMedium);
+  }
   return out;
 }
 
@@ -90,12 +102,12 @@ void sign_at_random(std::uint32_t seed, const FewPhotons& few, LargeVector<RGB>&
 class VolumeMapsBuilder {
  public:
   VolumeMapsBuilder(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs) : inputs_(inputs) {
-    const std::vector<float> radii = volume_photon_radii(photons.points, inputs.nearest);
-    const std::vector<bool> beams_of = choose_beams(tracer.scene(), photons.points, radii);
+    const PhotonKernels kernels = volume_photon_kernels(photons.points, inputs.nearest);
+    const std::vector<bool> beams_of = choose_beams(tracer.scene(), photons.points);
     const auto points = of_media(photons.points.medium, [&](std::uint32_t m) { return !beams_of[m]; });
     points_ = photons.points.permuted(points);
-    radii_ = permuted(std::span(radii), points);
-    correct_photons(tracer, radii_, inputs.radius_scale, points_);
+    kernels_ = kernels.permuted(points);
+    correct_photons(tracer, inputs.radius_scale, points_, kernels_);
     beams_ = photons.beams.permuted(of_media(photons.beams.medium, [&](std::uint32_t m) { return beams_of[m]; }));
     pieces_ = volume_beam_pieces(beams_, inputs.nearest);
     correct_pieces(tracer, beams_, beam_scale(), pieces_);
@@ -105,7 +117,7 @@ class VolumeMapsBuilder {
     VolumeMaps out;
     const LightGroups* const groups = inputs_.light_groups.get();
     for (std::size_t group = 0; group < (groups ? groups->names.size() : 1); ++group)
-      add_group(points_, flux_of(points_, group), radii_, beams_, flux_of(beams_, group), pieces_, out, statistics);
+      add_group(points_, flux_of(points_, group), kernels_, beams_, flux_of(beams_, group), pieces_, out, statistics);
     return out;
   }
 
@@ -116,7 +128,7 @@ class VolumeMapsBuilder {
     sign_at_random(inputs_.seed, of_points, points.flux);
     sign_at_random(inputs_.seed, of_beams, beams.flux);
     VolumeMaps out;
-    add_group(points, points.flux, permuted(std::span(radii_), of_points.indices), beams, beams.flux,
+    add_group(points, points.flux, kernels_.permuted(of_points.indices), beams, beams.flux,
               chosen_pieces(pieces_, of_beams.indices), out, statistics);
     return out;
   }
@@ -134,18 +146,18 @@ class VolumeMapsBuilder {
     return flux;
   }
 
-  void add_group(const VolumePhotons& points, std::span<const RGB> point_flux, std::span<const float> radii,
+  void add_group(const VolumePhotons& points, std::span<const RGB> point_flux, const PhotonKernels& kernels,
                  const VolumeBeams& beams, std::span<const RGB> beam_flux, const BeamPieces& pieces, VolumeMaps& out,
                  Statistics& statistics) const {
     VolumeMaps::Group& group = out.groups_.emplace_back();
-    group.points.build(points, point_flux, radii, inputs_.radius_scale, statistics);
+    group.points.build(points, point_flux, kernels, inputs_.radius_scale, statistics);
     group.beams.build(beams, beam_flux, pieces, beam_scale(), statistics);
     out.bytes_ += VolumeMap::photon_bytes(points.size()) + VolumeMap::beam_bytes(beams.size());
   }
 
   const IndexInputs& inputs_;
   VolumePhotons points_;
-  LargeVector<float> radii_;
+  PhotonKernels kernels_;
   VolumeBeams beams_;
   BeamPieces pieces_;
 };

@@ -19,8 +19,8 @@ struct MediaPhotons {
 };
 
 /// Indices of photons in media, one for all light sources or one for each group of them. Each medium has either points
-/// or beams: points where a photon travels less than a radius on average before it scatters, or where colours fall off
-/// unequally in a grid, which beams cannot show; else beams.
+/// or beams: beams where its optical thickness across half of its size is below 1/32, unless colours fall off unequally
+/// in a grid, which beams cannot show; else points.
 class VolumeMaps {
  public:
   /// Adds what the photons of a group bring to segments, as VolumeMap::estimate().

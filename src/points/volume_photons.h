@@ -25,6 +25,21 @@ struct VolumePhotons : Batch<VolumePhotons> {
   void push_back(Vec3 p, Vec3 d, RGB f, std::uint32_t m, std::uint32_t s) { add(p, d, f, m, s); }
 };
 
+/// Where the flux of photons that scatter is blurred: over the disc across each segment. Index i is one photon.
+struct PhotonKernels : Batch<PhotonKernels> {
+  LargeVector<float> radii;  ///< metres
+  /// A plane at which the medium ends: the unit vector from the photon towards it, over the distance (m^-1). Segments
+  /// behind the plane do not meet the photon, and the part of each disc there is folded back over the plane, as for
+  /// densities on a half-line (Silverman, "Density Estimation for Statistics and Data Analysis", 1986, section 2.10).
+  /// 0: none.
+  LargeVector<Vec3> walls;
+
+  template <class Any>
+  static auto arrays(Any& batch) {
+    return std::tie(batch.radii, batch.walls);
+  }
+};
+
 /// Short photon beams: straight parts of photons' paths, from where a photon enters a medium or scatters to where it
 /// next scatters, is absorbed, or leaves the medium. Index i is one beam. A photon travels as far as the medium lets
 /// it, so no transmittance is applied along a beam, and its flux is the same everywhere on it. In a medium that

@@ -95,10 +95,10 @@ double difference(const std::vector<RGB>& found, const std::vector<Radiance>& ex
   return worst;
 }
 
-VolumeMap map_of(const VolumePhotons& photons, const std::vector<float>& radii, float scale = 1) {
+VolumeMap map_of(const VolumePhotons& photons, const PhotonKernels& kernels, float scale = 1) {
   Statistics statistics;
   VolumeMap map;
-  map.build(photons, photons.flux, radii, scale, statistics);
+  map.build(photons, photons.flux, kernels, scale, statistics);
   return map;
 }
 VolumeMap map_of(const VolumeBeams& beams, const BeamPieces& pieces, float scale = 1) {
@@ -110,12 +110,24 @@ VolumeMap map_of(const VolumeBeams& beams, const BeamPieces& pieces, float scale
 
 TEST(VolumeMap, SumsEveryPhotonAlongEverySegment) {
   const VolumePhotons photons = cube_photons(3000);
-  std::vector<float> radii = volume_photon_radii(photons, 20);
+  PhotonKernels kernels = volume_photon_kernels(photons, 20);
   const VolumeSegments segments = cube_segments(2000);
-  EXPECT_LT(difference(estimate(map_of(photons, radii), segments), brute_points(photons, radii, segments)), 1e-4);
-  const VolumeMap narrow = map_of(photons, radii, 0.5f);
-  for (float& r : radii) r *= 0.5f;
-  EXPECT_LT(difference(estimate(narrow, segments), brute_points(photons, radii, segments)), 1e-4);
+  EXPECT_LT(difference(estimate(map_of(photons, kernels), segments), brute_points(photons, kernels, segments)), 1e-4);
+  const VolumeMap narrow = map_of(photons, kernels, 0.5f);
+  for (float& r : kernels.radii) r *= 0.5f;
+  EXPECT_LT(difference(estimate(narrow, segments), brute_points(photons, kernels, segments)), 1e-4);
+}
+
+TEST(VolumeMap, FoldsPhotonsBesideWalls) {
+  const VolumePhotons photons = cube_photons(3000);
+  PhotonKernels kernels = volume_photon_kernels(photons, 20);
+  const VolumeSegments segments = cube_segments(2000);
+  const std::vector<RGB> without = estimate(map_of(photons, kernels), segments);
+  for (std::uint32_t i = 0; i < photons.size(); i += 2)
+    kernels.walls[i] = hash_direction(i, 30) * (1 / (kernels.radii[i] * (0.05f + 1.2f * hash_number(i, 32))));
+  const std::vector<RGB> found = estimate(map_of(photons, kernels), segments);
+  EXPECT_LT(difference(found, brute_points(photons, kernels, segments)), 1e-4);
+  EXPECT_NE(found, without);
 }
 
 TEST(VolumeMap, SumsEveryBeamAlongEverySegment) {
@@ -214,7 +226,7 @@ void expect_same_bits(const Map& map) {
 
 TEST(VolumeMap, GivesASegmentTheSameBitsWithAnyOthersAndAnyThreads) {
   const VolumePhotons photons = cube_photons(20000);
-  expect_same_bits(map_of(photons, volume_photon_radii(photons, 10)));
+  expect_same_bits(map_of(photons, volume_photon_kernels(photons, 10)));
   const VolumeBeams beams = cube_beams(3000);
   expect_same_bits(map_of(beams, volume_beam_pieces(beams, 3)));
 }
@@ -223,7 +235,7 @@ TEST(VolumeMap, LeavesOutWhatIsNotFinite) {
   VolumePhotons photons = cube_photons(500);
   VolumeBeams beams = cube_beams(500);
   const VolumeSegments segments = cube_segments(300);
-  const std::vector<float> radii = volume_photon_radii(photons, 20);
+  const PhotonKernels kernels = volume_photon_kernels(photons, 20);
   const BeamPieces pieces = volume_beam_pieces(beams, 5);
   const auto spoil = [](auto& batch, auto& place, std::uint32_t i) {
     switch (i % 4) {
@@ -243,13 +255,13 @@ TEST(VolumeMap, LeavesOutWhatIsNotFinite) {
   for (std::uint32_t i = 0; i < 500; ++i) spoil(photons, photons.position, i);
   for (std::uint32_t i = 0; i < 500; ++i) spoil(beams, beams.origin, i);
   const std::vector<RGB> none(segments.size(), RGB(0.0f));
-  EXPECT_TRUE(map_of(photons, radii).empty());
-  EXPECT_EQ(estimate(map_of(photons, radii), segments), none);
+  EXPECT_TRUE(map_of(photons, kernels).empty());
+  EXPECT_EQ(estimate(map_of(photons, kernels), segments), none);
   EXPECT_TRUE(map_of(beams, pieces).empty());
   // The radii of what is left are finite.
-  for (const float r : volume_photon_radii(photons, 20)) EXPECT_TRUE(r > 0 && std::isfinite(r));
+  for (const float r : volume_photon_kernels(photons, 20).radii) EXPECT_TRUE(r > 0 && std::isfinite(r));
   for (const float r : volume_beam_pieces(beams, 5).radii) EXPECT_TRUE(r > 0 && std::isfinite(r));
-  EXPECT_TRUE(volume_photon_radii({}, 20).empty());
+  EXPECT_TRUE(volume_photon_kernels({}, 20).radii.empty());
   EXPECT_TRUE(volume_beam_pieces({}, 5).radii.empty());
 }
 

@@ -45,7 +45,7 @@ TEST(VolumeRadiance, OfEvenPhotonsIsTheIntegralOfTransmittance) {
     photons.push_back({hash_number(i, 1), hash_number(i, 2), hash_number(i, 3)}, hash_direction(i, 4), flux, 0, 0);
   VolumeMap map;
   Statistics statistics;
-  map.build(photons, photons.flux, volume_photon_radii(photons, 10), 1, statistics);
+  map.build(photons, photons.flux, volume_photon_kernels(photons, 10), 1, statistics);
   for (const float g : {0.0f, 0.6f}) {
     const SegmentMedium medium{RGB(0.1f, 1, 10), RGB(0.0f), g, 0};
     VolumeSegments segments;

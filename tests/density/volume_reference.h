@@ -60,7 +60,7 @@ inline Radiance transmitted(const SegmentMedium& medium, double t, double weight
   return found;
 }
 
-inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const std::vector<float>& radii,
+inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const PhotonKernels& kernels,
                                           const VolumeSegments& segments) {
   std::vector<Radiance> found(segments.size(), Radiance{});
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -69,12 +69,22 @@ inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const st
     for (std::size_t j = 0; j < photons.size(); ++j) {
       if (photons.medium[j] != segments.medium[i].index) continue;
       const Vector way = plus(vector(photons.position[j]), -1, vector(segments.origin[i]));
-      const double t = inner(way, d), r2 = double{radii[j]} * radii[j];
+      const double t = inner(way, d), r2 = double{kernels.radii[j]} * kernels.radii[j];
       const Vector away = plus(way, -t, d);
       const double u = inner(away, away) / r2;
       if (t < 0 || t > segments.length[i] || u >= 1) continue;
+      double weight = 1 - u;
+      const Vector wall = vector(kernels.walls[j]);
+      const double slope = std::sqrt(std::max(inner(wall, wall) - inner(wall, d) * inner(wall, d), 0.0));
+      if (slope > 0) {
+        // The line where the wall cuts the disc, and the place, by the coordinate across the line.
+        const double line = 1 / slope, at = -inner(wall, away) / slope;
+        if (at >= line) continue;
+        // From the mirror image of the place.
+        weight += std::max(0.0, 1 - u - ((2 * line - at) * (2 * line - at) - at * at) / r2);
+      }
       add_scattered(found[i], segments, i, photons.direction[j],
-                    transmitted(segments.medium[i], t, 2 / (std::numbers::pi * r2) * (1 - u)), photons.flux[j]);
+                    transmitted(segments.medium[i], t, 2 / (std::numbers::pi * r2) * weight), photons.flux[j]);
     }
   }
   return found;

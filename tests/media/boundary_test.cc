@@ -1,4 +1,4 @@
-// Lookups of beams near the boundaries of their medium.
+// Lookups of beams and points near the boundaries of their medium.
 #include <gtest/gtest.h>
 
 #include "density/volume_map.h"
@@ -78,6 +78,19 @@ double seen_along(const VolumeMap& map, const std::vector<Ray>& rays) {
   return sum / length;
 }
 
+/// Rays as gather rays leave walls, and others at right angles to these.
+struct EdgeRays {
+  std::vector<Ray> even, normal;
+  EdgeRays() {
+    for (std::uint32_t i = 0; i < 2000; ++i) {
+      even.push_back(inwards(i, 2));
+      normal.push_back(even.back());
+      for (int axis = 0; axis < 3; ++axis)
+        normal.back().direction[axis] = std::abs(even.back().origin[axis]) == 1 ? -even.back().origin[axis] : 0.0f;
+    }
+  }
+};
+
 class EvenBeams : public testing::TestWithParam<Boundary> {};
 
 TEST_P(EvenBeams, LoseNothingAtBoundaries) {
@@ -91,19 +104,12 @@ TEST_P(EvenBeams, LoseNothingAtBoundaries) {
   lost.build(beams, beams.flux, pieces, 1, statistics);
   correct_pieces(tracer, beams, 1, pieces);
   corrected.build(beams, beams.flux, pieces, 1, statistics);
-  // As gather rays leave walls.
-  std::vector<Ray> even, normal, middle;
-  for (std::uint32_t i = 0; i < 2000; ++i) {
-    even.push_back(inwards(i, 2));
-    normal.push_back(even.back());
-    for (int axis = 0; axis < 3; ++axis)
-      normal.back().direction[axis] = std::abs(even.back().origin[axis]) == 1 ? -even.back().origin[axis] : 0.0f;
-  }
+  const EdgeRays rays;
   double travelled = 0;  // in the mean per beam, over the mean chord
   for (const float length : beams.length) travelled += length / (4.0 / 3) / static_cast<double>(beams.size());
-  EXPECT_LT(seen_along(lost, even), 0.97 * travelled);
-  EXPECT_NEAR(seen_along(corrected, even), travelled, 0.005);
-  EXPECT_NEAR(seen_along(corrected, normal), travelled, 0.005);
+  EXPECT_LT(seen_along(lost, rays.even), 0.97 * travelled);
+  EXPECT_NEAR(seen_along(corrected, rays.even), travelled, 0.005);
+  EXPECT_NEAR(seen_along(corrected, rays.normal), travelled, 0.005);
 }
 
 /// Photons that scatter evenly in the cube and in all directions, of the same light.
@@ -123,16 +129,59 @@ TEST_P(EvenBeams, AsPointsLoseNothingEither) {
   const Scene scene = cube(GetParam());
   const Tracer tracer(scene);
   VolumePhotons photons = even_photons(10'000);
-  const std::vector<float> radii = volume_photon_radii(photons, 50);
+  PhotonKernels kernels = volume_photon_kernels(photons, 50);
   VolumeMap lost, corrected;
   Statistics statistics;
-  lost.build(photons, photons.flux, radii, 1, statistics);
-  correct_photons(tracer, radii, 1, photons);
-  corrected.build(photons, photons.flux, radii, 1, statistics);
-  std::vector<Ray> even;
-  for (std::uint32_t i = 0; i < 2000; ++i) even.push_back(inwards(i, 2));
-  EXPECT_LT(seen_along(lost, even), 0.94);
-  EXPECT_NEAR(seen_along(corrected, even), 1, 0.01);
+  lost.build(photons, photons.flux, kernels, 1, statistics);
+  correct_photons(tracer, 1, photons, kernels);
+  corrected.build(photons, photons.flux, kernels, 1, statistics);
+  const EdgeRays rays;
+  EXPECT_LT(seen_along(lost, rays.even), 0.94);
+  EXPECT_NEAR(seen_along(corrected, rays.even), 1, 0.005);
+  // One factor for all directions would show 1.027 here.
+  EXPECT_NEAR(seen_along(corrected, rays.normal), 1, 0.005);
+}
+
+TEST_P(EvenBeams, AsPointsHaveTheNearestSideAsTheirWall) {
+  const Scene scene = cube(GetParam());
+  const Tracer tracer(scene);
+  VolumePhotons photons;
+  photons.push_back({0.95f, 0.1f, -0.2f}, {0, 0, 1}, RGB(1.0f), 0, 0);
+  photons.push_back({0.3f, 0.2f, -0.98f}, {0, 0, 1}, RGB(1.0f), 0, 0);
+  photons.push_back({0.3f, 0.2f, 0.1f}, {0, 0, 1}, RGB(1.0f), 0, 0);
+  PhotonKernels kernels = volume_photon_kernels(photons, 1);
+  kernels.radii.assign(photons.size(), 0.2f);
+  correct_photons(tracer, 1, photons, kernels);
+  const Vec3 expected[] = {{20, 0, 0}, {0, 0, -50}, {0, 0, 0}};
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    EXPECT_LT(length(kernels.walls[i] - expected[i]), 0.01f) << i;
+    EXPECT_NEAR(photons.flux[i].g, 1, 1e-4) << i;
+  }
+}
+
+/// A wall without thickness, with the same air on both sides.
+TEST(VolumePhotonKernels, DoNotReachThroughSheets) {
+  SceneDescription d;
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_material(d, 0));
+  d.media.push_back(medium_of(0, 0));
+  d.ambient_medium = 0;
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  VolumePhotons photons;
+  photons.push_back({0, 0, 0.05f}, {0, 0, 1}, RGB(1.0f), 0, 0);
+  PhotonKernels kernels = volume_photon_kernels(photons, 1);
+  kernels.radii.assign(1, 0.2f);
+  correct_photons(tracer, 1, photons, kernels);
+  VolumeMap map;
+  Statistics statistics;
+  map.build(photons, photons.flux, kernels, 1, statistics);
+  VolumeSegments segments;
+  for (const float z : {0.01f, -0.01f})
+    segments.push_back({-1, 0, z}, {1, 0, 0}, 2, {RGB(0.0f), RGB(1.0f), 0, 0}, RGB(1.0f), 0);
+  std::vector<RGB> found(2);
+  map.estimate(segments, found, statistics);
+  EXPECT_GT(found[0].g, 0);
+  EXPECT_EQ(found[1].g, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Boundaries, EvenBeams,

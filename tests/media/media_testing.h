@@ -91,20 +91,28 @@ inline std::vector<double> irradiance(const Stage& stage, const RenderSettings& 
   return out;
 }
 
-/// Irradiance times area over the walls of the box from (-1, -1, -1) to (1, 1, 1), by sensors just before them.
+/// Irradiance times area over the walls of the box from (-1, -1, -1) to (1, 1, 1), by sensors just before them, which
+/// are closer and stand for less area towards the edges: with even ones, the sum would be up to 0.7% too large.
 inline double power_on_walls(const Stage& stage, const RenderSettings& settings) {
   std::vector<Vec3> positions, normals;
   constexpr int kSide = 12;
+  // The midpoint rule in x, where u = x (3 - x^2) / 2.
+  const auto middle = [](int i) { return (static_cast<float>(i) + 0.5f) * 2 / kSide - 1; };
+  const auto place = [&](int i) { return middle(i) * (3 - middle(i) * middle(i)) / 2; };
+  const auto length = [&](int i) { return double{3 * (1 - middle(i) * middle(i))} / kSide; };
   for (int axis = 0; axis < 3; ++axis)
     for (const float side : {-1.0f, 1.0f})
       for (int i = 0; i < kSide * kSide; ++i) {
-        const float u = (static_cast<float>(i % kSide) + 0.5f) * 2 / kSide - 1,
-                    v = (static_cast<float>(i / kSide) + 0.5f) * 2 / kSide - 1, w = side * 0.999f;
+        const float u = place(i % kSide), v = place(i / kSide), w = side * 0.999f;
         positions.push_back(axis == 0 ? Vec3{w, u, v} : axis == 1 ? Vec3{u, w, v} : Vec3{u, v, w});
         normals.push_back(axis == 0 ? Vec3{-side, 0, 0} : axis == 1 ? Vec3{0, -side, 0} : Vec3{0, 0, -side});
       }
+  const std::vector<double> found = irradiance(stage, settings, positions, normals);
   double sum = 0;
-  for (const double e : irradiance(stage, settings, positions, normals)) sum += e * 4 / (kSide * kSide);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const int at = static_cast<int>(i) % (kSide * kSide);
+    sum += found[i] * length(at % kSide) * length(at / kSide);
+  }
   return sum;
 }
 
