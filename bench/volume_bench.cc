@@ -207,7 +207,7 @@ void build(benchmark::State& state, bool beams) {
     if (beams)
       map.build(c.beams, c.beams.flux, c.pieces, 1, statistics);
     else
-      map.build(c.photons, c.photons.flux, c.radii, 1, statistics);
+      map.build(c.photons, c.photons.flux, c.kernels, 1, statistics);
   }
   set_thread_count(0);
   set_rate(state, "photons", static_cast<double>(beams ? c.beams.size() : c.photons.size()));
@@ -220,7 +220,7 @@ void radii(benchmark::State& state, bool beams) {
     if (beams)
       benchmark::DoNotOptimize(volume_beam_pieces(c.beams, held).radii.data());
     else
-      benchmark::DoNotOptimize(volume_photon_kernels(c.photons, held).data());
+      benchmark::DoNotOptimize(volume_photon_kernels(c.photons, held).radii.data());
   }
   set_thread_count(0);
   set_rate(state, "photons", static_cast<double>(beams ? c.beams.size() : c.photons.size()));
