@@ -15,9 +15,13 @@ target_compile_options(glowworm_plain_options INTERFACE -ffp-contract=off)
 target_include_directories(glowworm_plain_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
 add_library(glowworm_options INTERFACE)
 target_link_libraries(glowworm_options INTERFACE glowworm_plain_options)
-# Vectors of SVE have no size at compile time and can't be members, which kernels have: ARM's are NEON.
+# Kernels have arrays and members of vectors, so these need a size at compile time, which SVE's and RISC-V's lack.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|riscv64)$")
+  target_compile_definitions(glowworm_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128|HWY_RVV)")
+endif()
+# Highway's NEON has AES in its target, which GCC does not give to members that it makes itself; nothing uses AES.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)$")
-  target_compile_definitions(glowworm_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+  target_compile_options(glowworm_options INTERFACE -march=armv8-a+crypto)
 endif()
 if(GLOWWORM_SCALAR_ONLY)
   target_compile_definitions(glowworm_options INTERFACE HWY_COMPILE_ONLY_SCALAR)

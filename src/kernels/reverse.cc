@@ -2,8 +2,6 @@
 
 #include <bit>
 
-// The searches store vectors in structures, so their size must be known.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/reverse.cc"
 #include <hwy/foreach_target.h>
