@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "bake/light.h"
+#include "bake/source_texture.h"
 #include "image/tone_map.h"
 #include "scene/light_sampling.h"
 
@@ -56,7 +57,7 @@ float automatic_exposure(const Scene& scene, const Tracer& tracer, const BakeLay
   const auto radiance = [&](std::uint32_t triangle, Vec2 barycentric, RGB texel) {
     if (what == TexelLight::radiance) return texel;
     if (what == TexelLight::tint) return texel * kInversePi;
-    return texel * baked_albedo(scene, triangle, barycentric) * kInversePi;
+    return texel * base_color(scene, triangle, barycentric, true) * kInversePi;
   };
   std::vector<RGB> seen;
   bool sees_texels = false;

@@ -118,7 +118,7 @@ struct TriangleSide {
   bool back = false;
 };
 
-/// Random points: a row for each of `sides`, kPlaces long.
+/// Random points, as texel_points() makes them: a row for each of `sides`, kPlaces long.
 constexpr std::size_t kPlaces = 16;
 PointGrid places_on(const Scene& scene, const std::vector<TriangleSide>& sides) {
   PointGrid grid;
@@ -131,14 +131,16 @@ PointGrid places_on(const Scene& scene, const std::vector<TriangleSide>& sides) 
       const auto number = static_cast<std::uint32_t>(i);
       const Vec2 u{to_unit_float(hash_combine(triangle, 2 * number)),
                    to_unit_float(hash_combine(triangle, 2 * number + 1))};
-      const SurfacePoint point = surface_point(scene, triangle, square_to_triangle(u));
+      const Vec2 at = square_to_triangle(u);
+      const SurfacePoint point = surface_point(scene, triangle, at);
       grid.position.push_back(point.position);
       grid.normal.push_back(side.back ? -point.geometric_normal : point.geometric_normal);
+      grid.from_behind.push_back(share_from_behind(scene, triangle, at));
     }
   return grid;
 }
 
-/// An estimate of the mean irradiance on each of `sides`, W m^-2.
+/// An estimate of the mean TexelIrradiance on each of `sides`, W m^-2.
 std::vector<RGB> mean_light(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Tracer>& tracer,
                             const std::vector<TriangleSide>& sides) {
   std::vector<RGB> out(sides.size());
@@ -160,9 +162,10 @@ std::vector<bool> find_lamps(const std::shared_ptr<const Scene>& scene, const st
   const Geometry& g = scene->geometry();
   std::vector<std::vector<std::uint32_t>> triangles(scene->emissions().size());
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
-    const bool reflects =
-        is_bakeable(*scene, g.material[t]) && !is_black(scene->materials()[g.material[t]].reflectance.value);
-    if (g.emission[t] != kNone && reflects) triangles[g.emission[t]].push_back(t);
+    const bool scatters =
+        is_bakeable(*scene, g.material[t]) &&
+        (!is_black(scene->materials()[g.material[t]].reflectance.value) || is_translucent(*scene, g.material[t]));
+    if (g.emission[t] != kNone && scatters) triangles[g.emission[t]].push_back(t);
   }
   std::vector<bool> out(triangles.size(), true);
   std::vector<TriangleSide> sides;
@@ -184,22 +187,13 @@ std::vector<bool> find_lamps(const std::shared_ptr<const Scene>& scene, const st
   return out;
 }
 
-/// Whether diffuse light comes through a surface.
-bool is_translucent(const Scene& scene, std::uint32_t material) {
-  const Material& m = scene.materials()[material];
-  if (m.kind == MaterialKind::mix) return is_translucent(scene, m.mix_a) || is_translucent(scene, m.mix_b);
-  if (is_black(m.transmittance.value)) return false;
-  return m.kind == MaterialKind::diffuse ||
-         (m.kind == MaterialKind::metallic_roughness && m.diffuse_transmission.value > 0);
-}
-
 /// The fronts of all triangles to bake.
 /// @param lamps for each emission, whether its triangles are lamps
 std::vector<BakeFace> baked_fronts(const Scene& scene, const std::vector<bool>& lamps,
                                    std::vector<std::string>& notes) {
   const Geometry& g = scene.geometry();
   std::vector<BakeFace> out;
-  std::map<std::uint32_t, std::size_t> left, translucent;
+  std::map<std::uint32_t, std::size_t> left;
   for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
     const bool glows = g.emission[t] != kNone;
     if (glows ? lamps[g.emission[t]] : is_dark(scene, g.material[t])) continue;
@@ -208,13 +202,9 @@ std::vector<BakeFace> baked_fronts(const Scene& scene, const std::vector<bool>& 
       continue;
     }
     out.push_back({t, false});
-    if (is_translucent(scene, g.material[t])) ++translucent[g.material[t]];
   }
   for (const auto& [material, count] : left)
     notes.push_back(fmt::format("material '{}' ({}) is not baked: its appearance depends on the viewpoint",
-                                scene.materials()[material].name, plural(count, "triangle")));
-  for (const auto& [material, count] : translucent)
-    notes.push_back(fmt::format("material '{}' ({}) is baked without the light that comes through it",
                                 scene.materials()[material].name, plural(count, "triangle")));
   return out;
 }
@@ -374,6 +364,9 @@ PointGrid texel_points(const Scene& scene, const Tracer& tracer, const BakeLayou
   grid.normal.assign(map.face.size(), Vec3{});
   grid.surface = map.chart;
   grid.on_surfaces = grid.learns = true;
+  const auto& materials = scene.materials();
+  for (std::uint32_t m = 0; m < materials.size() && grid.from_behind.empty(); ++m)
+    if (is_translucent(scene, m)) grid.from_behind.resize(map.face.size());
   std::vector<std::uint8_t> inside(map.face.size(), 0);
   parallel_for(0, map.face.size(), 4096, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -384,6 +377,7 @@ PointGrid texel_points(const Scene& scene, const Tracer& tracer, const BakeLayou
       const Vec3 side = face.back ? -point.geometric_normal : point.geometric_normal;
       grid.position[i] = point.position;
       grid.normal[i] = face.back ? -point.frame.n : point.frame.n;
+      if (is_translucent(scene, point.material)) grid.from_behind[i] = share_from_behind(scene, layout, i);
       const auto number = static_cast<std::uint32_t>(i);
       const Vec3 origin = ray_origin(point, side);
       // Nearly all points are in the open, which four rays tell.

@@ -21,8 +21,9 @@ struct BakeLayout {
   std::vector<std::string> notes;   ///< surfaces that are not baked or have new charts, with reasons; one line each
 };
 
-/// Bytes that a bake holds for each texel beside its Job: place, point, and light with a copy for a checkpoint.
-inline constexpr std::uint64_t kTexelTableBytes = 57 + sizeof(RGB);
+/// Bytes that a bake holds for each texel beside its Job: place, point with its share from behind, and light with a
+/// copy for a checkpoint.
+inline constexpr std::uint64_t kTexelTableBytes = 57 + 2 * sizeof(RGB);
 
 /// What to do if memory is too small for a bake. @param of_probes of probes instead of texels
 std::string memory_remedy(bool of_probes);

@@ -12,22 +12,57 @@
 
 namespace glowworm {
 
-RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+namespace {
+
+/// Shares of light that leave a place of a surface towards the viewer.
+struct BakedShares {
+  RGB reflected, transmitted;
+};
+
+BakedShares baked_shares(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
   DiffusePoint diffuse;
-  if (diffuse_point(scene, triangle, barycentric, diffuse)) return diffuse.reflectance;
+  if (diffuse_point(scene, triangle, barycentric, diffuse)) return {diffuse.reflectance, RGB(0.0f)};
   SurfacePoint point = surface_point(scene, triangle, barycentric);
   const Bsdf bsdf = resolve_bsdf(scene, point);
-  return clamp(albedo(bsdf, {0, 0, 1}, kAllLobes & ~kDiffuseTransmission), 0, 1);
+  return {clamp(albedo(bsdf, {0, 0, 1}, kAllLobes & ~kDiffuseTransmission), 0, 1),
+          clamp(albedo(bsdf, {0, 0, 1}, kDiffuseTransmission), 0, 1)};
 }
 
-namespace {
+RGB share_from_behind(const BakedShares& shares) {
+  RGB out(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (shares.transmitted[c] > 0) out[c] = shares.transmitted[c] / (shares.reflected[c] + shares.transmitted[c]);
+  return out;
+}
+
+/// Calls place(face, barycentric) for two by two places of a texel's square; for one where its face ends before.
+/// @return the number of places
+template <typename Place>
+int for_each_place(const BakeLayout& layout, std::size_t texel, Place&& place) {
+  const TexelMap& map = layout.texels;
+  const BakeFace face = layout.faces[map.face[texel]];
+  const Vec2 here = map.barycentric[texel];
+  const std::size_t below = texel + static_cast<std::size_t>(map.width);
+  const bool has_right = texel + 1 < map.face.size() && map.face[texel + 1] == map.face[texel];
+  const bool has_below = below < map.face.size() && map.face[below] == map.face[texel];
+  if (!has_right || !has_below) {
+    place(face, here);
+    return 1;
+  }
+  const Vec2 across = (map.barycentric[texel + 1] - here) * 0.25f, down = (map.barycentric[below] - here) * 0.25f;
+  for (int i = 0; i < 4; ++i) {
+    const Vec2 at = here + across * (i % 2 ? 1.0f : -1.0f) + down * (i / 2 ? 1.0f : -1.0f);
+    place(face, at.x < 0 || at.y < 0 || at.x + at.y > 1 ? here : at);
+  }
+  return 4;
+}
 
 /// The light of a place of a surface, from its irradiance in W m^-2.
 RGB light_of_place(const Scene& scene, BakeFace face, Vec2 barycentric, RGB irradiance, const ShownLight& shown) {
   constexpr float kMinAlbedo = 0.01f;
   const RGB reflectance = baked_albedo(scene, face.triangle, barycentric);
   RGB emitted;
-  if (scene.geometry().emission[face.triangle] != kNone) {
+  if (shown.what != TexelLight::irradiance && scene.geometry().emission[face.triangle] != kNone) {
     const SurfacePoint point = surface_point(scene, face.triangle, barycentric);
     emitted = emitted_radiance(scene, point, face.back ? -point.geometric_normal : point.geometric_normal);
   }
@@ -38,24 +73,14 @@ RGB light_of_place(const Scene& scene, BakeFace face, Vec2 barycentric, RGB irra
   return irradiance;
 }
 
-/// The mean over the square of a texel, at two by two places where its face goes on that far.
+/// The mean over the square of a texel.
 RGB light_of_texel(const Scene& scene, const BakeLayout& layout, std::size_t texel, RGB irradiance,
                    const ShownLight& shown) {
-  const TexelMap& map = layout.texels;
-  const BakeFace face = layout.faces[map.face[texel]];
-  const Vec2 here = map.barycentric[texel];
-  const std::size_t below = texel + static_cast<std::size_t>(map.width);
-  const bool has_right = texel + 1 < map.face.size() && map.face[texel + 1] == map.face[texel];
-  const bool has_below = below < map.face.size() && map.face[below] == map.face[texel];
-  if (!has_right || !has_below) return light_of_place(scene, face, here, irradiance, shown);
-  const Vec2 across = (map.barycentric[texel + 1] - here) * 0.25f, down = (map.barycentric[below] - here) * 0.25f;
   RGB sum;
-  for (int i = 0; i < 4; ++i) {
-    Vec2 at = here + across * (i % 2 ? 1.0f : -1.0f) + down * (i / 2 ? 1.0f : -1.0f);
-    if (at.x < 0 || at.y < 0 || at.x + at.y > 1) at = here;
-    sum += light_of_place(scene, face, at, irradiance, shown);
-  }
-  return sum / 4;
+  const int places = for_each_place(layout, texel, [&](BakeFace face, Vec2 barycentric) {
+    sum += light_of_place(scene, face, barycentric, irradiance, shown);
+  });
+  return sum / static_cast<float>(places);
 }
 
 /// Thresholds in [0, 1) that are even over any few neighbours (J. Jimenez, "Next Generation Post Processing in Call of
@@ -133,6 +158,33 @@ std::vector<float> chart_peaks(const BakeLayout& layout, const std::vector<RGB>&
 
 }  // namespace
 
+RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+  const BakedShares shares = baked_shares(scene, triangle, barycentric);
+  return clamp(shares.reflected + shares.transmitted, 0, 1);
+}
+
+bool is_translucent(const Scene& scene, std::uint32_t material) {
+  const Material& m = scene.materials()[material];
+  if (m.kind == MaterialKind::mix) return is_translucent(scene, m.mix_a) || is_translucent(scene, m.mix_b);
+  if (is_black(m.transmittance.value)) return false;
+  return m.kind == MaterialKind::diffuse ||
+         (m.kind == MaterialKind::metallic_roughness && m.diffuse_transmission.value > 0);
+}
+
+RGB share_from_behind(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
+  return share_from_behind(baked_shares(scene, triangle, barycentric));
+}
+
+RGB share_from_behind(const Scene& scene, const BakeLayout& layout, std::size_t texel) {
+  BakedShares sum;
+  for_each_place(layout, texel, [&](BakeFace face, Vec2 barycentric) {
+    const BakedShares here = baked_shares(scene, face.triangle, barycentric);
+    sum.reflected += here.reflected;
+    sum.transmitted += here.transmitted;
+  });
+  return share_from_behind(sum);
+}
+
 void TexelIrradiance::take(const Film& film, const PointGrid& grid, const RenderSettings& settings, int first_row,
                            int end_row) {
   const bool indirect_only = settings.indirect_only;
@@ -154,10 +206,12 @@ std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, T
                                  ShownLight shown) {
   std::vector<RGB> light = std::move(irradiance.value);
   fill_gaps(layout.texels, std::move(irradiance.known), light);
-  if (shown.what != TexelLight::irradiance)
-    parallel_for_each(light.size(), 4096, [&](std::size_t i) {
-      if (layout.texels.face[i] != kNone) light[i] = light_of_texel(scene, layout, i, light[i], shown);
-    });
+  parallel_for_each(light.size(), 4096, [&](std::size_t i) {
+    if (layout.texels.face[i] == kNone) return;
+    const std::uint32_t triangle = layout.faces[layout.texels.face[i]].triangle;
+    if (shown.what == TexelLight::irradiance && !is_translucent(scene, scene.geometry().material[triangle])) return;
+    light[i] = light_of_texel(scene, layout, i, light[i], shown);
+  });
   std::vector<std::uint8_t> covered(light.size(), 0);
   for (std::size_t i = 0; i < light.size(); ++i) covered[i] = layout.texels.face[i] != kNone;
   fill_gaps(layout.texels, covered, light);

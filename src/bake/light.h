@@ -15,7 +15,7 @@ namespace glowworm {
 
 /// Quantity of a baked texture.
 enum class TexelLight {
-  irradiance,  ///< W m^-2
+  irradiance,  ///< W m^-2; where light comes through, what the base colour of the file is multiplied by to show it
   radiance,    ///< of a diffuse surface: albedo times irradiance over pi, and what it emits, W sr^-1 m^-2
   tint         ///< what the base colour of the file is multiplied by to show that: radiance times pi over it, W m^-2
 };
@@ -27,7 +27,8 @@ struct ShownLight {
   ShownLight(TexelLight quantity, bool is_gltf = false) : what(quantity), keeps_source(is_gltf) {}
 };
 
-/// Irradiance of texels as Jobs compute it, one entry for each of layout.texels.
+/// Irradiance of texels as Jobs compute it, one entry for each of layout.texels. For translucent surfaces, the mean of
+/// both sides by share_from_behind().
 struct TexelIrradiance {
   std::vector<RGB> value;           ///< W m^-2
   std::vector<std::uint8_t> known;  ///< whether the texel has a value
@@ -42,9 +43,17 @@ struct TexelIrradiance {
 std::vector<RGB> light_of_texels(const Scene& scene, const BakeLayout& layout, TexelIrradiance irradiance,
                                  ShownLight shown);
 
-/// Share of the light that a surface reflects, seen along its normal. Baked textures show all reflection as diffuse;
-/// without its specular lobes, polished metal would be black.
+/// Share of the light on a surface that leaves it towards the viewer: that it reflects, seen along its normal, and that
+/// it transmits diffusely from behind. Baked textures show all of it as diffuse; without its specular lobes, polished
+/// metal would be black.
 RGB baked_albedo(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+
+/// Whether diffuse light comes through a surface.
+bool is_translucent(const Scene& scene, std::uint32_t material);
+
+/// PointGrid::from_behind at a place of a surface, or of a texel of it: the transmitted part of baked_albedo().
+RGB share_from_behind(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
+RGB share_from_behind(const Scene& scene, const BakeLayout& layout, std::size_t texel);
 
 /// The exposure in stops of a picture by the scene's first camera, as the texels and the environment show it. Texels
 /// that this camera does not see, such as the insides of objects, count only if it sees none at all. Tints are exposed

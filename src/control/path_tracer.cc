@@ -7,7 +7,6 @@
 #include "core/parallel.h"
 #include "core/part_queue.h"
 #include "core/random.h"
-#include "gather/cell_place.h"
 #include "gather/final_gather.h"
 #include "maps/image_light.h"
 #include "scene/surface.h"
@@ -88,10 +87,7 @@ class Path {
   /// The light that arrives at the place of a sample of a cell of the grid.
   void trace_from(const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
     mark_point(grid, cell, first_hit_, slot_);
-    Vertex vertex{white_point(scene_, grid, cell), {}, white_bsdf()};
-    vertex.point.position = place_in_cell(grid, cell, sample);
-    vertex.wo = vertex.point.geometric_normal;
-    if (!scene_.media().empty()) vertex.media.front = medium_at_start(tracer_, vertex.point.position, vertex.wo);
+    const Vertex vertex = white_vertex(tracer_, grid, cell, sample);
     state_.throughput = RGB(kPi);
     start_ = kPi;
     add_sampled_light(vertex);

@@ -10,7 +10,6 @@
 #include "core/random.h"
 #include "gather/cell_place.h"
 #include "transport/medium.h"
-#include "transport/vertex.h"
 
 namespace glowworm {
 
@@ -28,7 +27,8 @@ float largest_coordinate(Vec3 p) { return std::max({std::abs(p.x), std::abs(p.y)
 
 void PointGrid::check() const {
   const auto cells = static_cast<std::size_t>(std::max(width, 0)) * static_cast<std::size_t>(std::max(height, 0));
-  if (cells == 0 || position.size() != cells || normal.size() != cells || (!surface.empty() && surface.size() != cells))
+  if (cells == 0 || position.size() != cells || normal.size() != cells ||
+      (!surface.empty() && surface.size() != cells) || (!from_behind.empty() && from_behind.size() != cells))
     throw Error(fmt::format("a grid of {}x{} points has {} positions and {} normals", width, height, position.size(),
                             normal.size()),
                 "Give one position and one normal for each cell, and at least one cell.");
@@ -40,6 +40,12 @@ void PointGrid::check() const {
     if (!(std::abs(dot(n, n) - 1) <= kUnitTolerance))
       throw Error(fmt::format("point {} has the normal ({}, {}, {}), which is not of unit length", i, n.x, n.y, n.z));
   }
+}
+
+void PointGrid::append(const PointGrid& grid, std::size_t cell) {
+  position.push_back(grid.position[cell]);
+  normal.push_back(grid.normal[cell]);
+  if (!grid.from_behind.empty()) from_behind.push_back(grid.from_behind[cell]);
 }
 
 std::uint32_t PointGrid::sequence(std::size_t cell, std::uint32_t sample) const {
@@ -59,10 +65,19 @@ SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t 
   return point;
 }
 
-Bsdf white_bsdf() {
-  Bsdf bsdf;
-  bsdf.diffuse = RGB(1.0f);
-  return bsdf;
+Vertex white_vertex(const Tracer& tracer, const PointGrid& grid, std::size_t cell, std::uint32_t sample) {
+  Vertex out{white_point(tracer.scene(), grid, cell), grid.normal[cell], {}};
+  out.point.position = place_in_cell(grid, cell, sample);
+  out.bsdf.diffuse = RGB(1.0f);
+  const bool looks_behind = grid.looks_behind(cell);
+  if (looks_behind) {
+    out.bsdf.transmission = grid.from_behind[cell];
+    out.bsdf.diffuse = out.bsdf.diffuse - out.bsdf.transmission;
+  }
+  if (tracer.scene().media().empty()) return out;
+  out.media.front = medium_at_start(tracer, out.point.position, out.wo);
+  if (looks_behind) out.media.back = medium_at_start(tracer, out.point.position, -out.wo);
+  return out;
 }
 
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot) {
@@ -77,8 +92,7 @@ void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, st
 void point_pass(const Tracer& tracer, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,
                 FirstHit& first_hit, GatherPoints& points, Statistics& statistics) {
   const PhaseTimer timer(statistics, Phase::camera_pass);
-  const Scene& scene = tracer.scene();
-  const bool in_media = !scene.media().empty();
+  const bool in_media = !tracer.scene().media().empty();
   radiance.resize(tasks.slot_count(), in_media);
   first_hit.resize(tasks.slot_count(), false);
   std::fill(first_hit.depth.begin(), first_hit.depth.end(), std::numeric_limits<float>::infinity());
@@ -88,13 +102,9 @@ void point_pass(const Tracer& tracer, const PointGrid& grid, CameraTasks tasks, 
   const auto add = [&](int x, int y, std::uint32_t sample) {
     const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
     if (!grid.has(cell)) return;
-    SurfacePoint point = white_point(scene, grid, cell);
-    point.position = place_in_cell(grid, cell, sample);
     mark_point(grid, cell, first_hit, slot);
-    Vertex vertex{point, point.geometric_normal, white_bsdf()};
-    if (in_media) vertex.media.front = medium_at_start(tracer, point.position, point.geometric_normal);
-    add_gather_point(points, vertex, RGB(kPi), static_cast<std::uint32_t>(slot), grid.sequence(cell, sample),
-                     grid.place_in_sequence(sample), in_media);
+    add_gather_point(points, white_vertex(tracer, grid, cell, sample), RGB(kPi), static_cast<std::uint32_t>(slot),
+                     grid.sequence(cell, sample), grid.place_in_sequence(sample), in_media);
   };
   for (const CameraTask& task : tasks)
     for (std::uint32_t s = 0; s < task.sample_count; ++s)

@@ -6,7 +6,7 @@
 
 #include "core/vec.h"
 #include "gather/camera_pass.h"
-#include "scene/surface.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 
@@ -19,6 +19,9 @@ struct PointGrid {
   /// Surface number of each cell. The filter never averages cells of different surfaces. Empty: all cells are on one
   /// surface.
   std::vector<std::uint32_t> surface;
+  /// Share of each cell's value, in [0, 1], that is the irradiance from behind the point; the rest is that from the
+  /// side of its normal. Empty: none.
+  std::vector<RGB> from_behind;
   /// Whether the points lie on surfaces of the scene, where photons are. Other points have no caustic map: gather rays
   /// that meet lights through specular bounces add caustics instead, and photons that pass the points those of lights
   /// without size (maps/air_light.h).
@@ -36,6 +39,10 @@ struct PointGrid {
 
   /// Whether the cell holds a point.
   bool has(std::size_t cell) const { return normal[cell].x != 0 || normal[cell].y != 0 || normal[cell].z != 0; }
+  /// Whether light from behind the cell's point counts.
+  bool looks_behind(std::size_t cell) const { return !from_behind.empty() && !is_black(from_behind[cell]); }
+  /// Appends a cell of another grid with its position, normal and share from behind.
+  void append(const PointGrid& grid, std::size_t cell);
   /// Throws Error, with the cell, if arrays differ in length, a coordinate is not finite or a normal is not of unit
   /// length.
   void check() const;
@@ -62,10 +69,11 @@ struct View {
   }
 };
 
-/// A grid point as a surface that reflects all light diffusely: the irradiance is pi times its radiance.
+/// A grid point as a point of a surface.
 SurfacePoint white_point(const Scene& scene, const PointGrid& grid, std::size_t cell);
-/// The BSDF of white_point().
-Bsdf white_bsdf();
+/// A sample of a cell as a surface that reflects, and transmits from behind, all light diffusely: the value of the cell
+/// is pi times its radiance.
+Vertex white_vertex(const Tracer& tracer, const PointGrid& grid, std::size_t cell, std::uint32_t sample);
 
 /// Marks the cell as hit in `first_hit`, with albedo 1 and a depth that only serves to distinguish surfaces.
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot);

@@ -402,7 +402,7 @@ LightRange range_of(const Scene& scene, const BakeLayout& layout, BakeFormat for
   if (format == BakeFormat::lightmap)
     out.albedo = [&scene, &layout](std::size_t texel) {
       const std::uint32_t triangle = layout.faces[layout.texels.face[texel]].triangle;
-      return max_component(baked_albedo(scene, triangle, layout.texels.barycentric[texel]));
+      return max_component(base_color(scene, triangle, layout.texels.barycentric[texel], true));
     };
   return out;
 }

@@ -102,7 +102,7 @@ class Pilot {
     const std::size_t cells = grid.normal.size();
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t cell = count < cells ? i * cells / count : i % cells;
-      if (grid.has(cell)) add(grid.position[cell], grid.normal[cell]);
+      if (grid.has(cell) && !grid.looks_behind(cell)) add(grid.position[cell], grid.normal[cell]);
     }
   }
 

@@ -74,8 +74,7 @@ GatherPoints coarse_points(const Tracer& tracer, const PointGrid& grid, SlotRadi
   PointGrid pilot;
   for (std::size_t i = 0; i < std::min(cells.size(), most); ++i) {
     const std::size_t cell = cells[cells.size() <= most ? i : i * cells.size() / most];
-    pilot.position.push_back(grid.position[cell]);
-    pilot.normal.push_back(grid.normal[cell]);
+    pilot.append(grid, cell);
   }
   pilot.width = static_cast<int>(pilot.position.size());
   pilot.height = 1;

@@ -47,9 +47,7 @@ PointGrid pilot_grid(const PointGrid& grid) {
   PointGrid out;
   const std::size_t cells = grid.normal.size(), count = std::min(cells, kPilotSensors);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t cell = (2 * i + 1) * cells / (2 * count);
-    out.position.push_back(grid.position[cell]);
-    out.normal.push_back(grid.normal[cell]);
+    out.append(grid, (2 * i + 1) * cells / (2 * count));
   }
   out.width = static_cast<int>(count);
   out.height = 1;

@@ -83,6 +83,7 @@ std::uint64_t hash_points(const PointGrid& points) {
   for (const Vec3 p : points.position) hash.add(p);
   hash.add_array(std::span(points.position));
   hash.add_array(std::span(points.normal));
+  hash.add_array(std::span(points.from_behind));
   return hash.value();
 }
 

@@ -145,7 +145,7 @@ TEST(BakeLayout, LeavesGlassMirrorsAndLampsAlone) {
   EXPECT_NE(layout.notes[1].find("'mirror'"), std::string::npos);
 }
 
-TEST(BakeLayout, TellsThatLightThroughSurfacesIsNotBaked) {
+TEST(BakeLayout, SharesLightThatComesThroughSurfaces) {
   SceneDescription d = two_rooms();
   d.materials.resize(3);
   d.materials[1].name = "paper";
@@ -153,14 +153,24 @@ TEST(BakeLayout, TellsThatLightThroughSurfacesIsNotBaked) {
   d.materials[2].name = "leaf";
   d.materials[2].kind = MaterialKind::metallic_roughness;
   d.materials[2].roughness_u.value = d.materials[2].roughness_v.value = 1;
+  d.materials[2].reflectance.value = RGB(1.0f);
   d.materials[2].diffuse_transmission.value = 0.5f;
   d.materials[2].transmittance.value = RGB(1.0f);
   add_quad(d, {1, 0.5f, 1}, {0, 1, 0}, {0.5f, 0, 0}, 1);
   add_quad(d, {1, 0.5f, 0.5f}, {0, 1, 0}, {0.5f, 0, 0}, 2);
   const Stage stage(std::move(d));
-  EXPECT_THAT(lay_out(stage.scene, stage.tracer, {128, 0}).notes,
-              testing::ElementsAre("material 'paper' (2 triangles) is baked without the light that comes through it",
-                                   "material 'leaf' (2 triangles) is baked without the light that comes through it"));
+  const BakeLayout layout = lay_out(stage.scene, stage.tracer, {128, 0});
+  EXPECT_THAT(layout.notes, testing::IsEmpty());
+  const PointGrid grid = texel_points(*stage.scene, *stage.tracer, layout);
+  constexpr float kShares[] = {0, 1 / 3.0f, 0.48f}, kTolerances[] = {0, 1e-5f, 0.02f};
+  std::size_t texels[3] = {};
+  for (std::size_t i = 0; i < grid.normal.size(); ++i) {
+    if (layout.texels.face[i] == kNone) continue;
+    const std::uint32_t m = stage.scene->geometry().material[layout.faces[layout.texels.face[i]].triangle];
+    ++texels[m];
+    EXPECT_NEAR(grid.from_behind[i].g, kShares[m], kTolerances[m]);
+  }
+  for (const std::size_t count : texels) EXPECT_GT(count, 0u);
 }
 
 TEST(BakeLayout, RefusesMoreTexelsThanMemoryHolds) {

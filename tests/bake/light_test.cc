@@ -175,6 +175,91 @@ TEST(BakedLight, HasWhatSurfacesEmit) {
   EXPECT_GT(texels, 20u);
 }
 
+/// Sheets beside each other that let diffuse light through: paper, a leaf of glTF, and a random mix of paper and an
+/// opaque surface.
+SceneDescription translucent_sheets() {
+  SceneDescription d;
+  d.materials.resize(4);
+  Material &paper = d.materials[0], &leaf = d.materials[1], &opaque = d.materials[2], &mix = d.materials[3];
+  paper.reflectance.value = {0.75f, 0.5f, 0};
+  paper.transmittance.value = {0.25f, 0.5f, 1};
+  leaf.kind = MaterialKind::metallic_roughness;
+  leaf.reflectance.value = leaf.transmittance.value = RGB(1.0f);
+  leaf.roughness_u.value = leaf.roughness_v.value = 1;
+  leaf.diffuse_transmission.value = 0.5f;
+  opaque.reflectance.value = RGB(1.0f);
+  mix.kind = MaterialKind::mix;
+  mix.mix_a = 0;
+  mix.mix_b = 2;
+  for (const std::uint32_t material : {0u, 1u, 3u})
+    add_quad(d, {2 * static_cast<float>(material), 0, 0}, {1, 0, 0}, {0, 1, 0}, material);
+  return d;
+}
+
+/// The mean light of the texels of a material on one side, and its number.
+struct MeanTexel {
+  RGB light;
+  std::size_t texels = 0;
+};
+
+MeanTexel mean_texel(const BakeStage& bake, const std::vector<RGB>& light, std::uint32_t material, bool back) {
+  MeanTexel out;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const std::uint32_t f = bake.layout.texels.face[i];
+    if (f == kNone || bake.layout.faces[f].back != back) continue;
+    if (bake.stage.scene->geometry().material[bake.layout.faces[f].triangle] != material) continue;
+    out.light += light[i];
+    ++out.texels;
+  }
+  out.light = out.light / static_cast<float>(std::max<std::size_t>(out.texels, 1));
+  return out;
+}
+
+TEST(BakedLight, OfTranslucentSheetsFillsAFurnace) {
+  SceneDescription d = translucent_sheets();
+  d.environment.emplace();
+  const BakeStage sheets(std::move(d), {64, 0});
+  for (const RenderSettings& settings : {by_gathering(16, 16), by_paths(256)}) {
+    const std::vector<RGB> light = sheets.light(settings, TexelLight::radiance);
+    for (const std::uint32_t material : {0u, 1u, 3u})
+      for (const bool back : {false, true}) {
+        const MeanTexel mean = mean_texel(sheets, light, material, back);
+        EXPECT_GT(mean.texels, 100u);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean.light[c], 1, 0.005f) << material << back << c;
+      }
+  }
+}
+
+/// A sun behind the sheets: its irradiance times a reflectance or a transmittance over pi is exact.
+TEST(BakedLight, ComesThroughTranslucentSheets) {
+  constexpr float kSun = 2;
+  SceneDescription d = translucent_sheets();
+  Light sun;
+  sun.kind = LightKind::directional;
+  sun.direction = {0, 0, 1};
+  sun.intensity = RGB(kSun);
+  d.lights.push_back(sun);
+  const BakeStage sheets(std::move(d), {64, 0});
+  const std::vector<RGB> radiance = sheets.light(by_gathering(1, 1), TexelLight::radiance);
+  const std::vector<RGB> irradiance = sheets.light(by_gathering(1, 1), TexelLight::irradiance);
+  const std::vector<RGB> tint = sheets.light(by_gathering(1, 1), TexelLight::tint);
+  const Material& paper = sheets.stage.scene->materials()[0];
+  for (const bool back : {false, true}) {
+    const RGB share = back ? paper.reflectance.value : paper.transmittance.value;
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(mean_texel(sheets, radiance, 0, back).light[c], kSun * share[c] * kInversePi, 1e-3f);
+      // What a lightmap or a colour of vertices shows on the base colour.
+      const float base = paper.reflectance.value[c];
+      if (!(base > 0)) continue;
+      EXPECT_NEAR(base * mean_texel(sheets, irradiance, 0, back).light[c], kSun * share[c], 4e-3f);
+      EXPECT_NEAR(base * mean_texel(sheets, tint, 0, back).light[c], kSun * share[c], 4e-3f);
+    }
+    const RGB mixed = (share + RGB(back ? 1.0f : 0.0f)) * 0.5f;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(mean_texel(sheets, radiance, 3, back).light[c], kSun * mixed[c] * kInversePi, 0.03f);
+  }
+}
+
 TEST(BakedLight, ShowsMetalThatATexturePolishes) {
   const RGB color{0.5f, 0.25f, 0.125f};
   SceneDescription d = two_rooms();

@@ -281,6 +281,35 @@ INSTANTIATE_TEST_SUITE_P(Values, Airlight,
                                          AirlightCase{0.2f, 1, 0.012126}, AirlightCase{0.2f, 0.25f, 0.064269},
                                          AirlightCase{1, 1, 0.000566}, AirlightCase{1, 0.25f, 0.004511}));
 
+/// Absorbing air dims a lamp in front of a point and one behind it.
+TEST(MediaPoints, LookBehindThroughTheMedium) {
+  constexpr float kAbsorption = 0.3f, kDistance = 2, kBehind = 0.25f;
+  SceneDescription d;
+  d.materials.resize(1);
+  d.media.push_back(medium_of(kAbsorption, 0));
+  d.ambient_medium = 0;
+  add_quad(d, {5, 5, 5}, {1, 0, 0}, {0, 1, 0});
+  d.materials[0].reflectance.value = RGB(0.0f);
+  Light lamp;
+  lamp.intensity = RGB(1.0f);
+  d.lights.push_back(lamp);
+  const Stage stage(std::move(d));
+  PointGrid grid;
+  grid.width = 2;
+  grid.height = 1;
+  grid.position = {{0, 0, -kDistance}, {0, 0, kDistance}};
+  grid.normal.assign(2, {0, 0, 1});
+  grid.from_behind.assign(2, RGB(kBehind));
+  const double arriving = std::exp(-kAbsorption * kDistance) / (kDistance * kDistance);
+  for (const RenderSettings& settings : {by_path(1, 4), by_photons(1, 4, 4, 1000)}) {
+    Job job(stage.scene, stage.tracer, settings, nullptr, 0, std::make_shared<const PointGrid>(grid));
+    job.wait();
+    const Film film = job.snapshot();
+    EXPECT_NEAR(film.radiance(0, false).g, (1 - kBehind) * arriving, 1e-4);
+    EXPECT_NEAR(film.radiance(1, false).g, kBehind * arriving, 1e-4);
+  }
+}
+
 /// The light of groups is that of the picture, in media, too.
 TEST(MediaScenes, KeepLightGroupsApart) {
   SceneDescription d = foggy_floor(false);

@@ -58,6 +58,23 @@ TEST(PointGrid, HoldsTheIrradianceOfTheClosedForm) {
   }
 }
 
+TEST(PointGrid, CountsLightFromBehindByItsShare) {
+  const Stage stage(lone_light());
+  PointGrid grid = row_of({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {0, 0, 1});
+  grid.normal[1] = grid.normal[2] = {0, 0, -1};
+  grid.from_behind = {{0.25f, 0.25f, 0.25f}, {0.25f, 0.5f, 0}, {1, 1, 1}};
+  const double above = irradiance_below_middle(1);
+  for (const RenderSettings& settings : {by_photons(1, 512, 64, 1000), by_path(1, 32768)}) {
+    SCOPED_TRACE(static_cast<int>(settings.integrator));
+    const Film film = render(stage, settings, grid);
+    EXPECT_NEAR(film.radiance(0, false).g, 0.75 * above, 0.01);
+    EXPECT_NEAR(film.radiance(1, false).r, 0.25 * above, 0.01);
+    EXPECT_NEAR(film.radiance(1, false).g, 0.5 * above, 0.01);
+    EXPECT_EQ(film.radiance(1, false).b, 0);
+    EXPECT_NEAR(film.radiance(2, false).g, above, 0.015);
+  }
+}
+
 TEST(SlowPointGrid, AgreesWithThePathTracerOnSurfacesAndApart) {
   const Stage stage(builtin_scene("cornell"));
   const Box3 room = stage.scene->bounds();
