@@ -113,9 +113,8 @@ PictureInfo picture_info(const Job& job) {
   if (settings.place_layers().materials)
     for (const Material& material : scene.materials()) info.materials.push_back(material.name);
   if (job.light_groups()) info.light_groups = job.light_groups()->names;
-  Camera camera = scene.camera(settings.camera);
+  const Camera& camera = scene.camera(settings.camera);
   info.view = radiance_view_text(camera, scene, settings.width, settings.height);
-  camera.to_world.translation = narrow(scene.outside(camera.to_world.translation));
   info.matrices = matrices_of(camera, settings.width, settings.height);
   return info;
 }

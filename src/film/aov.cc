@@ -37,14 +37,12 @@ LayerWriter rgb_row(const char* name, Layer layer) {
 }
 
 /// Three channels X, Y, Z.
-void add_vectors(Image& image, const char* name, const Film& film, Layer layer, Vec3 origin = {0, 0, 0}) {
-  std::vector<Vec3> pixels;
-  for (const RGB& mean : means(film, layer)) {
-    const bool moves = !(origin == Vec3{0, 0, 0}) && std::isfinite(film.depth(pixels.size()));
-    const Vec3 value{mean.r, mean.g, mean.b};
-    pixels.push_back(moves ? value + origin : value);
-  }
-  image.add_vec3(name, pixels);
+LayerWriter vector_row(const char* name, Layer layer) {
+  return {name, [name, layer](Image& image, const Source& from) {
+            std::vector<Vec3> pixels;
+            for (const RGB& mean : means(from.film, layer)) pixels.emplace_back(mean.r, mean.g, mean.b);
+            image.add_vec3(name, pixels);
+          }};
 }
 
 template <typename Value>
@@ -123,7 +121,7 @@ const std::vector<LayerWriter>& table() {
       rgb_row("caustic", Layer::caustic),
       rgb_row("medium", Layer::medium),
       rgb_row("albedo", Layer::fine_albedo),
-      {"normal", [](Image& image, const Source& from) { add_vectors(image, "normal", from.film, Layer::normal); }},
+      vector_row("normal", Layer::normal),
       scalar_row("depth", "depth.Z", [](const Source& from, std::size_t i) { return from.film.depth(i); }),
       {"unfiltered",
        [](Image& image, const Source& from) {
@@ -143,10 +141,7 @@ const std::vector<LayerWriter>& table() {
           "bias", "bias.Y",
           [](const Source& from, std::size_t i) { return from.film.value(SlotValue::bias, i) * from.info.scale; }),
       scalar_row("alpha", "A", [](const Source& from, std::size_t i) { return from.film.coverage(i); }),
-      {"position",
-       [](Image& image, const Source& from) {
-         add_vectors(image, "position", from.film, Layer::position, from.info.origin);
-       }},
+      vector_row("position", Layer::position),
       {"uv", add_uv},
       {"object-id",
        [](Image& image, const Source& from) {

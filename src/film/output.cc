@@ -48,6 +48,8 @@ Image make_image(const Film& film, const PictureInfo& info) {
   image.metadata["capDate"] = fmt::format("{:%Y:%m:%d %H:%M:%S}", fmt::localtime(now));
   image.metadata["Software"] = fmt::format("Glowworm {}", version());
   image.metadata["glowworm:scene"] = info.scene;
+  // In floats, positions far from (0, 0, 0) would lose their digits.
+  image.metadata["glowworm:origin"] = fmt::format("{} {} {}", info.origin.x, info.origin.y, info.origin.z);
   image.metadata["glowworm:seed"] = std::to_string(settings.seed);
   image.metadata["glowworm:seconds"] = fmt::format("{:.2f}", info.seconds);
   image.metadata["glowworm:passes"] = std::to_string(film.whole_passes());

@@ -16,14 +16,14 @@ struct PictureInfo {
   RenderSettings settings;  ///< resolved
   std::string scene;        ///< its name
   float scale = 1;          ///< factor on the image, by the scene's file
-  Vec3 origin;              ///< Scene::origin()
+  Vec3 origin;              ///< Scene::origin(), which positions and matrices are relative to
   double seconds = 0;       ///< wall time of the render
   /// What photons add to the square of the relative error (maps/photon_noise.h); 0 where that was not measured.
   double photon_variance = 0;
   /// Names of Geometry::objects and of the scene's materials; empty where no layer needs them.
   std::vector<std::string> objects, materials;
   std::vector<std::string> light_groups;                  ///< names of the film's groups of lights
-  std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices
+  std::map<std::string, std::array<float, 16>> matrices;  ///< Image::matrices, relative to origin
   std::shared_ptr<const EarlierFrames> earlier;           ///< whose light the picture uses again; null: none
   std::string view;                                       ///< kRadianceView; empty: none
 };

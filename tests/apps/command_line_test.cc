@@ -326,12 +326,13 @@ TEST_F(CommandLineTest, InfoListsLightsByTheNamesThatLightTakes) {
 }
 
 /// A scene far from the origin, which the program moves inside.
+constexpr const char* kFarScene =
+    "LookAt 300000 -200000 4 300000 -200000 0 0 1 0 Camera \"perspective\" WorldBegin LightSource \"infinite\" Shape "
+    "\"trianglemesh\" \"point3 P\" [299999 -200001 0  300001 -200001 0  300001 -199999 0  299999 -199999 0] \"integer "
+    "indices\" [0 1 2 0 2 3]";
+
 TEST_F(CommandLineTest, PlacesAreThoseOfTheFile) {
-  const std::string scene =
-      write("far.pbrt",
-            "LookAt 300000 -200000 4 300000 -200000 0 0 1 0 Camera \"perspective\" WorldBegin LightSource \"infinite\" "
-            "Shape \"trianglemesh\" \"point3 P\" [299999 -200001 0  300001 -200001 0  300001 -199999 0  299999 -199999 "
-            "0] \"integer indices\" [0 1 2 0 2 3]");
+  const std::string scene = write("far.pbrt", kFarScene);
   const std::string told = run({"info", scene}).out;
   EXPECT_THAT(told, HasSubstr("bounds     (299999, -200001, 0) to (300001, -199999, 0) m"));
   EXPECT_THAT(told, HasSubstr("at (300000, -200000, 4)"));
@@ -350,7 +351,25 @@ TEST_F(CommandLineTest, PlacesAreThoseOfTheFile) {
   const Image picture = read_image(path("a.exr"));
   const auto middle = static_cast<std::size_t>((picture.height() / 2) * picture.width() + picture.width() / 2);
   EXPECT_NEAR(picture.channel("depth.Z")[middle], 2, 0.1);
-  EXPECT_NEAR(picture.channel("position.X")[middle], 300'000, 1);
+}
+
+/// Pixels 20 mm apart; floats at 300 km have steps of 31 mm.
+TEST_F(CommandLineTest, PicturesHoldPlacesFarAwayRelativeToTheirOrigin) {
+  ASSERT_EQ(render(write("far.pbrt", kFarScene), {"--size", "400x400", "--samples", "1", "--photons", "1k", "--gather",
+                                                  "1", "--aov", "position", "-o", "a.exr", "-q"})
+                .status,
+            0);
+  const Image picture = read_image(path("a.exr"));
+  EXPECT_EQ(picture.metadata.at("glowworm:origin"), "300000 -200000 0");
+  std::size_t tested = 0;
+  for (std::size_t i = 0; i < 160'000; ++i) {
+    const float x = picture.channel("position.X")[i], y = picture.channel("position.Y")[i];
+    if (x == 0 && y == 0) continue;
+    EXPECT_NEAR(200 - 50 * x, static_cast<float>(i % 400) + 0.5f, 0.51f);
+    EXPECT_NEAR(200 - 50 * y, static_cast<float>(i / 400) + 0.5f, 0.51f);
+    ++tested;
+  }
+  EXPECT_GT(tested, 9'000u);
 }
 
 /// What the program writes to a terminal of so many columns.

@@ -1,6 +1,7 @@
 // Layers of surface points: positions, texture coordinates and ids, and the matrices stored with them.
 #include "film/aov.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -153,6 +154,24 @@ TEST(Layers, RadiusShrinksFromPassToPass) {
     return sum;
   };
   EXPECT_LT(mean(8), 0.95 * mean(1));
+}
+
+TEST(Metadata, MatricesFarAwayAreRelativeToTheOrigin) {
+  constexpr float kEast = 3e5f;
+  SceneDescription d;
+  d.materials.resize(1);
+  add_quad(d, {kEast, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  d.cameras.push_back(look_at({kEast, 0, 4}, {kEast, 0, 0}, {0, 1, 0}, 45));
+  const Stage stage(std::move(d));
+  ASSERT_NE(stage.scene->origin().x, 0);
+  Job job(stage.scene, stage.tracer, by_photons(8, 1, 1, 1000));
+  job.wait();
+  const Image image = make_image(job.snapshot(), job);
+  const Vec3 eye = stage.scene->cameras()[0].to_world.translation;
+  EXPECT_EQ(image.metadata.at("glowworm:origin"), fmt::format("{} 0 0", stage.scene->origin().x));
+  const auto& c = image.matrices.at("worldToCamera");
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(eye.x * c[k] + eye.y * c[4 + k] + eye.z * c[8 + k] + c[12 + k], 0, 1e-4);
 }
 
 TEST(Metadata, MatricesTakeAPointToItsPixel) {
