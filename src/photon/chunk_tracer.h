@@ -1,49 +1,44 @@
 // Traces the light paths of a photon pass, one chunk at a time. Used by photon_tracer.cc only.
 #pragma once
 #include <cstdint>
-#include <memory>
-#include <mutex>
 #include <vector>
 
-#include "photon/photon_chunk.h"
+#include "photon/kept_paths.h"
+#include "photon/photon_bounce.h"
+#include "photon/photon_walk.h"
 #include "photon/start_media.h"
-#include "transport/sun_images.h"
 
 namespace glowworm {
-
-/// Data that all chunks of a pass share.
-struct PhotonChunkSettings {
-  const Tracer* tracer = nullptr;
-  const PhotonPassSettings* pass = nullptr;
-  bool pilot = false;  ///< keep emission numbers and the paths of photons
-};
 
 /// Importance of a photon to the image: as part of the global map, unless the pass has none, and, if it is a caustic
 /// photon, of the caustic map. 1 without importance.
 float importance_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal, bool caustic);
 
 /// Traces chunks of paths. Several threads may call it at once.
-class ChunkTracers {
+class ChunkTracer {
  public:
-  /// The objects that `settings` points to must outlive this one.
-  explicit ChunkTracers(const PhotonChunkSettings& settings);
-  ~ChunkTracers();
-  ChunkTracers(const ChunkTracers&) = delete;
-  ChunkTracers& operator=(const ChunkTracers&) = delete;
+  /// Both must outlive this object. @param pilot keep the emission numbers of paths
+  ChunkTracer(const Tracer& tracer, const PhotonPassSettings& pass, bool pilot = false)
+      : tracer_(tracer), pass_(pass), pilot_(pilot), media_(tracer), walk_(tracer, pass) {}
 
-  /// Traces paths [first, first + count) of a pass on the calling thread, count <= kPathsPerChunk. Replaces the
+  /// Traces paths [first, first + count) of the pass on the calling thread, count <= kPathsPerChunk. Replaces the
   /// contents of the chunk and reuses its memory.
-  void trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk);
+  void trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) const;
 
  private:
-  class ChunkTracer;
+  using Paths = std::vector<LightPath>;
 
-  const PhotonChunkSettings settings_;
+  void emit(std::uint64_t first, std::size_t in_chunk, Paths& paths, PhotonChunk& chunk) const;
+  void follow(Paths& paths, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const;
+  void follow_changed(KeptChunk& before, Paths& paths, std::size_t count, PhotonChunk& chunk) const;
+  bool scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk) const;
+  void store(const LightPath& path, const PhotonBounce& bounce, int number, PhotonChunk& chunk) const;
+
+  const Tracer& tracer_;
+  const PhotonPassSettings& pass_;
+  const bool pilot_;
   const StartMedia media_;
-  /// Directions from which light sources bring no photons to discs, because rays find their images; empty: from none.
-  const std::vector<std::vector<Vec3>> images_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<ChunkTracer>> idle_;  // their arrays are reused by the next chunk
+  const PhotonWalk walk_;
 };
 
 }  // namespace glowworm

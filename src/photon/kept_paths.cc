@@ -7,59 +7,11 @@
 #include <tuple>
 #include <utility>
 
-#include "photon/photon_chunk.h"
-
 namespace glowworm {
-
-namespace {
-
-/// The parts of paths that stay and of those that were followed, in order of paths.
-std::vector<KeptChunk::Part> joined_parts(const KeptChunk& before, const std::vector<bool>& stays,
-                                          const FollowedPaths& followed) {
-  std::vector<KeptChunk::Part> out;
-  out.reserve(before.parts.size() + followed.parts.size());
-  for (const KeptChunk::Part& part : before.parts)
-    if (stays[part.path()]) out.push_back(part);
-  out.insert(out.end(), followed.parts.begin(), followed.parts.end());
-  std::stable_sort(out.begin(), out.end(),
-                   [](const KeptChunk::Part& a, const KeptChunk::Part& b) { return a.path() < b.path(); });
-  out.shrink_to_fit();
-  return out;
-}
-
-/// The photons of a chunk of paths that were followed.
-std::vector<KeptChunk::Photon> photons_of(const PhotonChunk& c, const FollowedPaths& followed) {
-  std::vector<KeptChunk::Photon> out(c.count);
-  std::uint32_t bounce = 0;
-  for (std::size_t i = 0; i < c.count; ++i) {
-    while (i >= followed.ends_of_bounces[bounce]) ++bounce;
-    out[i] = {c.position[i], c.direction[i], c.normal[i], c.flux[i], bounce, static_cast<std::uint16_t>(c.path[i]),
-              c.caustic[i],  c.used[i]};
-  }
-  return out;
-}
-
-/// Makes kept photons those of a chunk.
-void put_photons(const KeptChunk& kept, PhotonChunk& c) {
-  c.count = 0;
-  c.make_room(kept.photons.size());
-  for (const KeptChunk::Photon& photon : kept.photons) {
-    const std::size_t i = c.count++;
-    c.position[i] = photon.position;
-    c.direction[i] = photon.direction;
-    c.normal[i] = photon.normal;
-    c.flux[i] = photon.flux;
-    c.light[i] = kept.emitted[photon.path].light;
-    c.caustic[i] = photon.caustic;
-    c.used[i] = photon.used;
-  }
-}
-
-}  // namespace
 
 std::uint64_t KeptChunk::bytes() const {
   return emitted.capacity() * sizeof(EmittedPath) + parts.capacity() * sizeof(Part) +
-         photons.capacity() * sizeof(Photon);
+         photons.capacity() * sizeof(ChunkPhoton);
 }
 
 void KeptPaths::begin(const Tracer& tracer, const PhotonPassSettings& s, Guides guides, std::uint64_t most_bytes) {
@@ -123,21 +75,23 @@ std::vector<bool> KeptPaths::staying_paths(const KeptChunk& before, const std::v
   return out;
 }
 
-void KeptPaths::join(KeptChunk& before, const std::vector<bool>& stays, const FollowedPaths& followed, KeptChunk now,
-                     PhotonChunk& photons) {
+void KeptPaths::join(KeptChunk& before, const std::vector<bool>& stays, KeptChunk now, PhotonChunk& photons) {
   now.moment = number_;
-  now.parts = joined_parts(before, stays, followed);
-  const std::vector<KeptChunk::Photon> fresh = photons_of(photons, followed);
-  std::vector<KeptChunk::Photon> old;
-  for (const KeptChunk::Photon& photon : before.photons)
+  std::erase_if(before.parts, [&](const KeptChunk::Part& part) { return !stays[part.path()]; });
+  now.parts.insert(now.parts.end(), before.parts.begin(), before.parts.end());
+  std::stable_sort(now.parts.begin(), now.parts.end(),
+                   [](const KeptChunk::Part& a, const KeptChunk::Part& b) { return a.path() < b.path(); });
+  now.parts.shrink_to_fit();
+  std::vector<ChunkPhoton> old;
+  for (const ChunkPhoton& photon : before.photons)
     if (stays[photon.path]) old.push_back(photon);
   kept_photons_ += old.size();
-  now.photons.resize(old.size() + fresh.size());
-  std::merge(old.begin(), old.end(), fresh.begin(), fresh.end(), now.photons.begin(),
-             [](const KeptChunk::Photon& a, const KeptChunk::Photon& b) {
+  now.photons.resize(old.size() + photons.photons.size());
+  std::merge(old.begin(), old.end(), photons.photons.begin(), photons.photons.end(), now.photons.begin(),
+             [](const ChunkPhoton& a, const ChunkPhoton& b) {
                return std::tie(a.bounce, a.path) < std::tie(b.bounce, b.path);
              });
-  put_photons(now, photons);
+  photons.photons = now.photons;
   bytes_ -= before.bytes();
   before = take_room(now.bytes()) ? std::move(now) : KeptChunk();
 }

@@ -11,12 +11,10 @@
 #include "core/box_tree.h"
 #include "core/rgb.h"
 #include "core/vec.h"
-#include "photon/photon_tracer.h"
+#include "photon/photon_chunk.h"
 #include "scene/changed_places.h"
 
 namespace glowworm {
-
-struct PhotonChunk;
 
 /// A photon as it leaves its light; all bytes 0 if it has no flux.
 struct EmittedPath {
@@ -27,14 +25,6 @@ struct EmittedPath {
 
 /// The paths of a chunk of a pass, and their photons.
 struct KeptChunk {
-  /// A photon on a surface, as in PhotonChunk.
-  struct Photon {
-    Vec3 position, direction, normal;
-    RGB flux;
-    std::uint32_t bounce = 0;
-    std::uint16_t path = 0;  ///< in the chunk
-    std::uint8_t caustic = 0, used = 0;
-  };
   /// The bit of a part that leaves the scene.
   static constexpr std::uint32_t kEscapes = 0x80000000u;
   /// A straight part of a path, from where the part before ends.
@@ -49,15 +39,9 @@ struct KeptChunk {
   std::uint32_t moment = 0;          ///< number of the pass, from 1; 0: the chunk is not kept
   std::vector<EmittedPath> emitted;  ///< of each path
   std::vector<Part> parts;           ///< in order of paths, then of bounces
-  std::vector<Photon> photons;       ///< in order of bounces, then of paths
+  std::vector<ChunkPhoton> photons;  ///< in order of bounces, then of paths
 
   std::uint64_t bytes() const;
-};
-
-/// What tracing some paths of a chunk leaves beside its photons.
-struct FollowedPaths {
-  std::vector<KeptChunk::Part> parts;        ///< in order of bounces, then of paths
-  std::vector<std::size_t> ends_of_bounces;  ///< photons up to the end of each bounce
 };
 
 /// A pass of photons, path by path, for the same pass at another moment of the scene: a path stays if it leaves its
@@ -87,9 +71,9 @@ class KeptPaths {
   std::vector<bool> staying_paths(const KeptChunk& before, const std::vector<EmittedPath>& emitted) const;
   /// Joins paths of a chunk that stay and those that were followed.
   /// @param before the chunk at the moment before; it becomes that of this one, unless there is no room
-  /// @param now has the emitted paths @param photons of the paths that were followed; then of all
-  void join(KeptChunk& before, const std::vector<bool>& stays, const FollowedPaths& followed, KeptChunk now,
-            PhotonChunk& photons);
+  /// @param now has the emitted paths, and the parts of those that were followed, in order of bounces, then of paths
+  /// @param photons of the paths that were followed; then of all
+  void join(KeptChunk& before, const std::vector<bool>& stays, KeptChunk now, PhotonChunk& photons);
 
   /// Photons of the last pass that were not traced again.
   std::uint64_t kept_photons() const { return kept_photons_; }

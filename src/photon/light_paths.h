@@ -1,8 +1,8 @@
-// Light paths under way, in structure-of-arrays form.
+// Light paths under way.
 #pragma once
 #include <cstdint>
-#include <vector>
 
+#include "core/random.h"
 #include "photon/photon_chunk.h"
 #include "photon/photon_tracer.h"
 #include "transport/path_state.h"
@@ -33,19 +33,16 @@ inline bool leaves(PhotonChoice choice, std::uint8_t path) {
   return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySharp));
 }
 
-/// Light paths; finished paths are compacted away after every bounce. The first `count` elements are valid.
-struct LightPaths {
-  std::size_t count = 0;
-  std::vector<Ray> rays = std::vector<Ray>(kPathsPerChunk);
-  std::vector<Hit> hits = std::vector<Hit>(kPathsPerChunk);
-  std::vector<RGB> flux = std::vector<RGB>(kPathsPerChunk);                        // W
-  std::vector<std::uint32_t> number = std::vector<std::uint32_t>(kPathsPerChunk);  // of the path within its chunk
-  std::vector<std::uint32_t> light = std::vector<std::uint32_t>(kPathsPerChunk);
-  std::vector<PathMedium> medium = std::vector<PathMedium>(kPathsPerChunk);  // that the last bounce led into
-  std::vector<int> scatterings = std::vector<int>(kPathsPerChunk);           // in media
+/// A light path under way. Its throughput is its flux, W.
+struct LightPath : PathState {
+  Sampler sampler;           ///< emission takes three pairs, each bounce two
+  std::uint32_t number = 0;  ///< among all of the pass
+  std::uint16_t in_chunk = 0;
+  std::uint32_t light = 0;   ///< source, counted as in Scene::light_power()
+  std::uint8_t bounces = 0;  ///< the bits of those so far
+  int scatterings = 0;       ///< in media
   /// The least share_that_returns() of the places where it has scattered: its flux has grown by at most the inverse.
-  std::vector<float> least_share = std::vector<float>(kPathsPerChunk);
-  std::vector<std::uint8_t> bounces = std::vector<std::uint8_t>(kPathsPerChunk);  // the bits of those so far
+  float least_share = 1;
 };
 
 }  // namespace glowworm

@@ -9,43 +9,30 @@
 namespace glowworm {
 
 template <>
+inline constexpr bool kPlain<ChunkPhoton> = sizeof(ChunkPhoton) == 60;
+template <>
 inline constexpr bool kPlain<PhotonSegment> = sizeof(PhotonSegment) == 56;
 template <>
 inline constexpr bool kPlain<FluxBalance> = sizeof(FluxBalance) == 144;
 
-namespace {
-
-template <typename T>
-void enlarge(LargeArray<T>& array, std::size_t used, std::size_t size) {
-  LargeArray<T> larger(size);
-  std::copy_n(array.data(), used, larger.data());
-  array = std::move(larger);
+void PhotonChunk::clear() {
+  photons.clear();
+  segments.clear();
+  segment_path.clear();
+  in_media.clear();
+  beams.clear();
+  balance = {};
+  emitted_light.clear();
+  numbers.clear();
+  guide_weight.clear();
 }
 
-}  // namespace
-
-void PhotonChunk::make_room(std::size_t most) {
-  if (most <= position.size()) return;
-  const std::size_t size = std::max(most, 2 * position.size());
-  for (auto* array : {&position, &direction, &normal}) enlarge(*array, count, size);
-  enlarge(flux, count, size);
-  for (auto* array : {&light, &path}) enlarge(*array, count, size);
-  for (auto* array : {&caustic, &used}) enlarge(*array, count, size);
+void add(std::array<double, 3>& sum, RGB flux) {
+  for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += static_cast<double>(flux[c]);
 }
 
 template <typename Archive>
 void PhotonChunk::transfer(Archive& archive) {
-  const std::size_t photons = archive.count(count, bytes_each<PhotonBatch>());
-  if constexpr (Archive::kReads) {
-    count = 0;
-    make_room(photons);
-    count = photons;
-  }
-  const auto first_of = [&](auto& array) { archive.bytes(array.data(), count * sizeof(array[0])); };
-  for (auto* array : {&position, &direction, &normal}) first_of(*array);
-  first_of(flux);
-  first_of(light);
-  for (auto* array : {&caustic, &used}) first_of(*array);
   const auto batch = [&](auto& photons_in_media) {
     photons_in_media.for_arrays(
         [&](auto& array) {
@@ -56,7 +43,7 @@ void PhotonChunk::transfer(Archive& archive) {
   };
   batch(in_media);
   batch(beams);
-  transfer_all(archive, segments, balance, emitted_light);
+  transfer_all(archive, photons, segments, balance, emitted_light);
 }
 template void PhotonChunk::transfer(ArchiveWriter& archive);
 template void PhotonChunk::transfer(ArchiveReader& archive);
@@ -68,9 +55,10 @@ bool PhotonChunk::is_possible(const Scene& scene) const {
   const Vec3 middle = (box.min + box.max) / 2;
   const float reach = length(box.diagonal());  // twice as far as the corners
   const auto is_unit = [](Vec3 v) { return std::abs(length_squared(v) - 1) < kOfLength; };
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool possible = length(position[i] - middle) <= reach && is_unit(direction[i]) && is_unit(normal[i]) &&
-                          is_finite(flux[i]) && light[i] < lights && caustic[i] <= 1 && used[i] <= 1;
+  for (const ChunkPhoton& p : photons) {
+    const bool possible = length(p.position - middle) <= reach && is_unit(p.direction) && is_unit(p.normal) &&
+                          is_finite(p.flux) && p.light < lights && p.path < kPathsPerChunk && p.caustic <= 1 &&
+                          p.used <= 1;
     if (!possible) return false;
   }
   for (const PhotonSegment& segment : segments) {

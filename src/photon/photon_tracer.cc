@@ -36,60 +36,54 @@ void add(FluxBalance& sum, const FluxBalance& part) {
 
 /// Adds up a chunk's counts by light, and separates its caustic photons.
 void count(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
-  const bool has_importance = settings.importance != nullptr;
   for (const std::uint32_t light : chunk.emitted_light)
     if (light != kNone) ++pass.emitted_by_light[light];
-  for (std::size_t i = 0; i < chunk.count; ++i) ++pass.stored_by_light[chunk.light[i]];
-  // Without importance, all stored photons count as used.
-  for (std::size_t i = 0; has_importance && i < chunk.count; ++i) pass.used_by_light[chunk.light[i]] += chunk.used[i];
-  for (std::size_t i = 0; i < chunk.count; ++i)
-    if (chunk.caustic[i]) pass.caustic.push_back(chunk.position[i], chunk.direction[i], chunk.flux[i], chunk.normal[i]);
-  if (settings.keep_sources) {
-    pass.global_source.insert(pass.global_source.end(), chunk.light.data(), chunk.light.data() + chunk.count);
-    for (std::size_t i = 0; i < chunk.count; ++i)
-      if (chunk.caustic[i]) pass.caustic_source.push_back(chunk.light[i]);
+  for (const ChunkPhoton& photon : chunk.photons) {
+    ++pass.stored_by_light[photon.light];
+    // Without importance, all stored photons count as used.
+    if (settings.importance) pass.used_by_light[photon.light] += photon.used;
+    if (photon.caustic) pass.caustic.push_back(photon.position, photon.direction, photon.flux, photon.normal);
+    if (!settings.keep_sources) continue;
+    pass.global_source.push_back(photon.light);
+    if (photon.caustic) pass.caustic_source.push_back(photon.light);
   }
   add(pass.balance, chunk.balance);
 }
 
 /// Appends a chunk to the pass.
 void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& settings) {
-  const auto append = [&](auto& to, const auto& from) { to.insert(to.end(), from.data(), from.data() + chunk.count); };
-  if (settings.choice == PhotonChoice::all) {
-    append(pass.global.position, chunk.position);
-    append(pass.global.direction, chunk.direction);
-    append(pass.global.flux, chunk.flux);
-    append(pass.global.normal, chunk.normal);
-  }
+  if (settings.choice == PhotonChoice::all)
+    for (const ChunkPhoton& photon : chunk.photons)
+      pass.global.push_back(photon.position, photon.direction, photon.flux, photon.normal);
   pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
   pass.in_media.append(chunk.in_media);
   pass.beams.append(chunk.beams);
   // Of points and beams, a medium's map keeps one.
-  pass.stored += chunk.count + std::max(chunk.beams.size(), chunk.in_media.size()) +
+  pass.stored += chunk.photons.size() + std::max(chunk.beams.size(), chunk.in_media.size()) +
                  (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 
 /// Traces chunks [first, end) of a pass. Chunks are joined in order while others are being traced.
-void trace_chunks(ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
+void trace_chunks(const ChunkTracer& chunk_tracer, std::uint64_t first, std::uint64_t end,
                   const std::function<void(const PhotonChunk&)>& join) {
   PartQueue<PhotonChunk> queue(end - first, join);
   parallel_for(0, end - first, 1, [&](std::size_t, std::size_t) {
     const std::size_t number = queue.take();
     std::unique_ptr<PhotonChunk> chunk = queue.borrow();
-    tracers.trace((first + number) * kPathsPerChunk, kPathsPerChunk, *chunk);
+    chunk_tracer.trace((first + number) * kPathsPerChunk, kPathsPerChunk, *chunk);
     queue.put(number, std::move(chunk));
   });
 }
 
 /// Adds chunks [first, end) to a pass, divided with other processes.
-void share_chunks(const Tracer& tracer, ChunkTracers& tracers, std::uint64_t first, std::uint64_t end,
+void share_chunks(const Tracer& tracer, const ChunkTracer& chunk_tracer, std::uint64_t first, std::uint64_t end,
                   const PhotonPassSettings& settings, PhotonPass& pass) {
   const std::uint64_t pieces = std::min((end - first + kChunksPerPiece - 1) / kChunksPerPiece, kMostPieces);
   const auto make = [&](std::size_t piece) {
     std::vector<std::byte> out;
     const std::uint64_t chunks = end - first;
-    trace_chunks(tracers, first + chunks * piece / pieces, first + chunks * (piece + 1) / pieces,
+    trace_chunks(chunk_tracer, first + chunks * piece / pieces, first + chunks * (piece + 1) / pieces,
                  [&](const PhotonChunk& chunk) {
                    const std::vector<std::byte> bytes = archived(chunk);
                    out.insert(out.end(), bytes.begin(), bytes.end());
@@ -119,7 +113,7 @@ void trace_waves(const Tracer& tracer, const PhotonPassSettings& settings, Photo
   // other threads append, and this one may place arrays on disk.
   if (settings.choice == PhotonChoice::all)
     pass.global.reserve(settings.photons + settings.photons / 32 + 8 * kPathsPerChunk);
-  ChunkTracers tracers({&tracer, &settings});
+  const ChunkTracer chunk_tracer(tracer, settings);
   const std::uint64_t limit = settings.max_emitted ? settings.max_emitted : 200 * settings.photons;
   // The first paths, of which each may store so many photons; but the first chunk tells whether they store far more.
   constexpr std::uint64_t kPhotonsAPath = 8;
@@ -128,9 +122,9 @@ void trace_waves(const Tracer& tracer, const PhotonPassSettings& settings, Photo
   while (pass.stored < settings.photons && pass.emitted < limit) {
     const std::uint64_t first = pass.emitted / kPathsPerChunk, end = first + next_chunks;
     if (settings.shared)
-      share_chunks(tracer, tracers, first, end, settings, pass);
+      share_chunks(tracer, chunk_tracer, first, end, settings, pass);
     else
-      trace_chunks(tracers, first, end, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
+      trace_chunks(chunk_tracer, first, end, [&](const PhotonChunk& chunk) { join(pass, chunk, settings); });
     pass.emitted = end * kPathsPerChunk;
     // If nothing is stored (only glass, or lights that miss the scene), more paths do not help.
     if (pass.stored == 0 && pass.emitted >= settings.photons) break;
@@ -181,13 +175,13 @@ PhotonPass trace_photons(const Tracer& tracer, const PhotonPassSettings& setting
 namespace {
 
 /// Traces paths [first, first + paths.size()) of a pilot pass. Returns how many photons they store.
-std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const PhotonPassSettings& settings,
+std::uint64_t trace_pilot_paths(const ChunkTracer& chunk_tracer, double power, const PhotonPassSettings& settings,
                                 std::uint64_t first, std::span<PilotPath> paths) {
   std::atomic<std::uint64_t> stored = 0;
   parallel_for(0, paths.size(), kPathsPerChunk, [&](std::size_t begin, std::size_t end) {
     PhotonChunk chunk;
-    tracers.trace(first + begin, end - begin, chunk);
-    stored += chunk.count;
+    chunk_tracer.trace(first + begin, end - begin, chunk);
+    stored += chunk.photons.size();
     for (std::size_t i = 0; i < chunk.numbers.size(); ++i) {
       paths[begin + i].numbers = chunk.numbers[i];
       paths[begin + i].density = 1 / chunk.guide_weight[i];
@@ -196,9 +190,9 @@ std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const Photo
       paths[begin + path].score +=
           static_cast<float>(luminance(flux) / static_cast<double>(chunk.guide_weight[path]) / power);
     };
-    for (std::size_t i = 0; i < chunk.count; ++i)
-      add_score(chunk.path[i],
-                chunk.flux[i] * importance_for(settings, chunk.position[i], chunk.normal[i], chunk.caustic[i] != 0));
+    for (const ChunkPhoton& photon : chunk.photons)
+      add_score(photon.path,
+                photon.flux * importance_for(settings, photon.position, photon.normal, photon.caustic != 0));
     for (std::size_t i = 0; i < chunk.segments.size(); ++i) add_score(chunk.segment_path[i], chunk.segments[i].flux);
   });
   return stored;
@@ -208,7 +202,7 @@ std::uint64_t trace_pilot_paths(ChunkTracers& tracers, double power, const Photo
 
 std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSettings& settings, std::uint64_t first,
                                    std::size_t count, std::uint64_t& photons_left) {
-  ChunkTracers tracers({&tracer, &settings, true});
+  const ChunkTracer chunk_tracer(tracer, settings, true);
   const double power = tracer.scene().light_power().total();
   std::vector<PilotPath> paths;
   std::uint64_t stored = 0;
@@ -224,7 +218,7 @@ std::vector<PilotPath> trace_pilot(const Tracer& tracer, const PhotonPassSetting
     const std::size_t before = paths.size();
     paths.resize(before + wave);
     const std::uint64_t more =
-        trace_pilot_paths(tracers, power, settings, first + before, std::span(paths).subspan(before));
+        trace_pilot_paths(chunk_tracer, power, settings, first + before, std::span(paths).subspan(before));
     stored += more;
     photons_left -= std::min(photons_left, more);
   }

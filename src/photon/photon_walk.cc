@@ -1,0 +1,167 @@
+#include "photon/photon_walk.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "bsdf/phase.h"
+#include "photon/beams.h"
+#include "photon/outside.h"
+#include "transport/step.h"
+#include "transport/sun_images.h"
+
+namespace glowworm {
+
+namespace {
+
+/// Around surfaces, lamps without size that have a place, and what the picture needs; empty where there are no
+/// surfaces.
+Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
+  Box3 box = scene.bounds();
+  if (box.empty()) return box;
+  if (importance && !importance->box.empty()) box.grow(importance->box);
+  for (const Light& light : scene.lights())
+    if (light.kind != LightKind::directional) box.grow(light.position);
+  return box;
+}
+
+/// PhotonWalk::images_ of a pass.
+std::vector<std::vector<Vec3>> images_of_suns(const Scene& scene, const PhotonPassSettings& pass) {
+  if (!pass.discs || pass.choice == PhotonChoice::all) return {};
+  const SunImages images(scene);
+  if (images.empty()) return {};
+  std::vector<std::vector<Vec3>> out(scene.light_power().size());
+  for (std::size_t i = 0; i < scene.lights().size(); ++i)
+    if (const Light& light = scene.lights()[i]; light.kind == LightKind::directional)
+      out[scene.emissive_triangles().size() + i] = images.of(-light.direction);
+  return out;
+}
+
+}  // namespace
+
+PhotonWalk::PhotonWalk(const Tracer& tracer, const PhotonPassSettings& pass)
+    : tracer_(tracer),
+      scene_(tracer.scene()),
+      pass_(pass),
+      looked_at_(box_of(scene_, pass.importance)),
+      images_(images_of_suns(scene_, pass)),
+      crosses_media_(scene_.crosses_media()) {}
+
+void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const {
+  if (!crosses_media_) return keep_segment(path, length_to(hit), {}, chunk);
+  Sampler sampler(SamplerKind::sobol, pass_.seed,
+                  hash_combine(hash_combine(kMediumStream, pass_.pass), static_cast<std::uint32_t>(bounce)),
+                  path.number);
+  for (;;) {
+    MediumSample sample;
+    float before = 0;  // largest flux before the piece
+    const bool arrives =
+        travel(tracer_, path, hit, RayOrder::incoherent, [&](const Medium* medium, float length) {
+          before = max_component(path.throughput);
+          sample = cross_piece(medium, path, length, sampler, chunk);
+          return !sample.scatters;
+        });
+    if (arrives || !scatter(path, sample.distance, before, bounce, sampler, chunk)) break;
+    hit = tracer_.intersect(path.ray);
+  }
+  if (is_black(path.throughput)) hit.triangle = kNone;
+}
+
+/// Whether a path brings the light of an image of its sun.
+bool PhotonWalk::is_from_image(const LightPath& path) const {
+  if (images_.empty() || (path.bounces & kNotSmooth)) return false;
+  const std::vector<Vec3>& images = images_[path.light];
+  return std::any_of(images.begin(), images.end(),
+                     [&](Vec3 image) { return SunImages::same(image, -path.ray.direction); });
+}
+
+/// Keeps the straight part of a path up to a length if it crosses discs of the pass.
+void PhotonWalk::keep_segment(const LightPath& path, float length, RGB absorption, PhotonChunk& chunk) const {
+  if (!pass_.discs || !leaves(pass_.choice, path.bounces) || is_from_image(path)) return;
+  const Ray& ray = path.ray;
+  bool crosses = false;
+  pass_.discs->for_crossed(ray.origin, ray.direction, length, [&](const DiscCrossing&) {
+    crosses = true;
+    return false;
+  });
+  if (!crosses) return;
+  chunk.segments.push_back({ray.origin, length, ray.direction, path.light, path.throughput, absorption});
+  chunk.segment_path.push_back(path.in_chunk);
+}
+
+/// Takes a path along a piece of its way, and keeps it as beams and a photon. @param medium null: vacuum
+MediumSample PhotonWalk::cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
+                                     PhotonChunk& chunk) const {
+  if (!medium) {
+    keep_segment(path, length, {}, chunk);
+    return {};
+  }
+  const RGB before = path.throughput;
+  const MediumSample sample = sample_medium(*medium, path.ray, length, before, sampler.next2());
+  const float flown = sample.scatters ? sample.distance : length;
+  keep_segment(path, flown, is_black(medium->sigma_s) ? medium->sigma_a : RGB(0.0f), chunk);
+  const bool is_stored =
+      pass_.choice == PhotonChoice::all && !is_straight_from_lamp(path.bounces) && !is_black(medium->sigma_s);
+  const RGB after = before * sample.weight;
+  if (is_stored)
+    store(*medium, path, flown, sample.scatters ? after : RGB(0.0f), sampler.next1(), chunk);
+  // What scatters has arrived, with all of its flux.
+  add(chunk.balance.arrived, sample.scatters ? before : before - after);
+  path.throughput = after;
+  return sample;
+}
+
+/// Keeps a piece of the way of a path as beams, and its end as a photon; far from the scene with a probability only.
+/// @param scattered flux at the end; black: it does not scatter there
+void PhotonWalk::store(const Medium& medium, const LightPath& path, float length, RGB scattered, float u,
+                       PhotonChunk& chunk) const {
+  const Ray& ray = path.ray;
+  const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
+  const Vec3 to_middle = looked_at_.center() - ray.origin;
+  const float nearest = std::clamp(dot(to_middle, ray.direction), span.first, std::max(span.first, span.last));
+  const float of_beam = share_kept(path, medium, ray.origin + ray.direction * nearest);
+  if (u < of_beam) add_beams(medium, path, span, path.throughput / of_beam, path.light, u / of_beam, chunk.beams);
+  if (is_black(scattered)) return;
+  const Vec3 end = ray.origin + ray.direction * length;
+  const float of_photon = share_kept(path, medium, end);
+  if (u < of_photon)
+    chunk.in_media.push_back(end, ray.direction, scattered / of_photon, path.medium.index, path.light);
+}
+
+/// The share of photons of a path that are kept at a place in a medium: such that all matter as much.
+float PhotonWalk::share_kept(const LightPath& path, const Medium& medium, Vec3 position) const {
+  if (medium.bounds) return 1;
+  const RGB sigma_t = medium.sigma_a + medium.sigma_s;
+  const float looks = share_that_looks(looked_at_, position, std::min({sigma_t.r, sigma_t.g, sigma_t.b}));
+  return std::min(looks / path.least_share, 1.0f);
+}
+
+/// Sends a path on from a place in a medium. Returns false, and makes it black, if it ends there.
+bool PhotonWalk::scatter(LightPath& path, float distance, float before, int bounce, Sampler& sampler,
+                         PhotonChunk& chunk) const {
+  const int bounces = bounce + ++path.scatterings;
+  RGB scattered = std::exchange(path.throughput, RGB(0.0f));
+  path.bounces = with_bounce(path.bounces, 0);
+  if (is_black(scattered) || !may_leave(pass_.choice, path.bounces)) return false;
+  const Medium& medium = scene_.media()[path.medium.index];
+  const Vec3 position = path.ray.origin + path.ray.direction * distance;
+  const float returns = medium.bounds ? 1.0f : share_that_returns(looked_at_, position);
+  const float least = std::min(path.least_share, returns);
+  const float kept = max_component(scattered) / std::max(before, 1e-30f) * (least / path.least_share);
+  const float probability = roulette(kept, kLeastOfPhotons, bounces, [&] { return sampler.next1(); });
+  if (!(probability > 0)) return false;
+  path.least_share = least;
+  scattered *= 1 / probability;
+  add(chunk.balance.scattered, scattered);
+  if (bounces >= pass_.max_bounces) {
+    add(chunk.balance.cut, scattered);
+    return false;
+  }
+  path.throughput = scattered;
+  path.medium.named = true;
+  path.ray = {position, 0, sample_henyey_greenstein(-path.ray.direction, medium.g, sampler.next2()),
+              std::numeric_limits<float>::infinity(), path.ray.time};
+  return true;
+}
+
+}  // namespace glowworm

@@ -1,0 +1,43 @@
+// What light paths leave between surfaces: photons in media, and segments that pass points in air.
+#pragma once
+#include <vector>
+
+#include "core/box.h"
+#include "photon/light_paths.h"
+#include "trace/tracer.h"
+#include "transport/medium.h"
+
+namespace glowworm {
+
+/// Takes the light paths of a pass from surface to surface.
+class PhotonWalk {
+ public:
+  /// Both must outlive the walk.
+  PhotonWalk(const Tracer& tracer, const PhotonPassSettings& pass);
+
+  /// Takes a path to the next surface, or out of the scene, however often media scatter it on its way. It ends there if
+  /// its throughput is black.
+  /// @param hit of the path's ray; becomes that of its last ray @param bounce surfaces so far @param chunk takes what
+  /// the path leaves, and its flux balance
+  void cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const;
+
+ private:
+  bool is_from_image(const LightPath& path) const;
+  void keep_segment(const LightPath& path, float length, RGB absorption, PhotonChunk& chunk) const;
+  MediumSample cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
+                           PhotonChunk& chunk) const;
+  void store(const Medium& medium, const LightPath& path, float length, RGB scattered, float u,
+             PhotonChunk& chunk) const;
+  float share_kept(const LightPath& path, const Medium& medium, Vec3 position) const;
+  bool scatter(LightPath& path, float distance, float before, int bounce, Sampler& sampler, PhotonChunk& chunk) const;
+
+  const Tracer& tracer_;
+  const Scene& scene_;
+  const PhotonPassSettings& pass_;
+  const Box3 looked_at_;
+  /// Directions from which light sources bring no photons to discs, because rays find their images; empty: from none.
+  const std::vector<std::vector<Vec3>> images_;
+  const bool crosses_media_;
+};
+
+}  // namespace glowworm
