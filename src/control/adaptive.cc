@@ -12,10 +12,6 @@ namespace glowworm {
 namespace {
 
 constexpr int kSquare = CameraTask::kSquare, kBlock = CameraTask::kBlock, kEach = kBlock / kSquare;
-/// Squares with fewer samples than this share of the mean are always chosen.
-constexpr double kLeastShare = 0.25;
-/// A round takes at least this share of the squares, since each ends with a filtered picture.
-constexpr double kLeastSquares = 1.0 / 64;
 
 /// The squares of a film: whole blocks, so that some may lie outside of it.
 class Squares {
@@ -121,14 +117,16 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
       const Square& square = all[squares.index(column, row)];
       if (square.pixels == 0 || square.samples >= most) continue;
       const double n = square.samples;
-      const bool is_behind = n < kLeastShare * done / pixels;
+      // Squares with less than a quarter of the mean are always chosen.
+      const bool is_behind = n < 0.25 * done / pixels;
       behind += is_behind;
       candidates.push_back({squares.index(column, row), is_behind ? std::numeric_limits<double>::infinity()
                                                                   : error_around(all, squares, column, row) / (n * n)});
     }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.gain > b.gain; });
-  const std::size_t least = std::max(behind, static_cast<std::size_t>(kLeastSquares * static_cast<double>(all.size())));
+  // Each round ends with a filtered picture, so it should have some squares.
+  const std::size_t least = std::max(behind, static_cast<std::size_t>(1.0 / 64 * static_cast<double>(all.size())));
   SquareSamples wanted(candidates.empty() ? 0 : all.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = all[i].samples;
   double cost = 0;

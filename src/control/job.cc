@@ -27,9 +27,6 @@ namespace {
 /// Share of the rows of a picture that show what it takes to finish it, and the fewest of them.
 constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
 
-/// Most of the time left that choosing a round may take.
-constexpr double kChoiceShare = 0.25;
-
 /// Whether to test the noise after this pass. Few samples may not have found some light yet. The filter costs as much
 /// as a share of a pass, so filtered pictures are tested each time their passes have grown by an eighth.
 bool tests_noise_after(std::uint32_t passes, bool filtered) {
@@ -310,11 +307,10 @@ double Job::noise_of_samples() const { return noise_left_to_samples(settings_.no
 
 bool Job::knows_noise() const {
   if (batches() == 1) return true;
-  // A variance of so many degrees of freedom is known to a third. Those of few points are known when all batches have
-  // samples.
-  constexpr std::uint64_t kDegrees = 16;
   const std::uint32_t batches_begun = std::min(film_.whole_passes(), batches());
-  return batches_begun == batches() || film_.pixel_count() * (batches_begun - 1) >= kDegrees;
+  // A variance of 16 degrees of freedom is known to a third. Those of few points are known when all batches have
+  // samples.
+  return batches_begun == batches() || film_.pixel_count() * (batches_begun - 1) >= 16;
 }
 
 bool Job::reached_noise_target() {
@@ -410,7 +406,7 @@ SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
   const std::uint32_t most = settings_.sample_range().count();
   // A choice pays only if samples follow.
   SquareSamples next;
-  if (choice_s > kChoiceShare * time_.left_s()) {
+  if (choice_s > 0.25 * time_.left_s()) {
     next = even_round(film_, most);
   } else {
     const FilmPicture seen = shown_picture(film_, settings_);

@@ -20,10 +20,6 @@ namespace glowworm {
 namespace {
 
 constexpr std::size_t kSamplesPerChunk = 256;
-/// Samples whose query points are looked up together: these fit the memory of a thread's rays (kBytesPerThread).
-constexpr std::size_t kSamplesPerLookup = 4096;
-/// Surfaces of the shortest path of a light that photons bring, beyond the one that is looked up.
-constexpr int kLeastBent = 1;
 
 /// Bounces of a path so far, as far as they decide the layer of its light.
 struct History {
@@ -246,7 +242,8 @@ class Path {
   }
 
   void add_lookup(const Vertex& vertex) {
-    if (!lookups_ || !vertex.has(kBroad) || bounce_ + kLeastBent >= settings_.max_bounces) return;
+    // Surfaces of the shortest path of a light that photons bring, beyond the one that is looked up.
+    if (!lookups_ || !vertex.has(kBroad) || bounce_ + 1 >= settings_.max_bounces) return;
     add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, vertex, state_.throughput, slot_);
   }
 
@@ -303,7 +300,8 @@ class PathPass {
 
   /// Traces all samples of a task.
   void trace(const CameraTask& task, std::size_t first_slot) {
-    const std::size_t at_once = maps_ ? kSamplesPerLookup : task.slot_count();
+    // The query points of so many samples fit the memory of a thread's rays (kBytesPerThread).
+    const std::size_t at_once = maps_ ? 4096 : task.slot_count();
     for (std::size_t first = 0; first < task.slot_count(); first += at_once) {
       trace(task, first_slot, first, std::min(first + at_once, task.slot_count()));
       if (maps_) look_up();

@@ -20,9 +20,6 @@ namespace {
 constexpr std::uint64_t kMaxQueries = DensityEngine::kMaxPointsAtOnce;
 // Smaller portions are not worth their overhead.
 constexpr std::uint64_t kMinQueries = 4096;
-// A task of a render with a time limit looks up at most the points that slow cores manage in this share of the limit,
-// because the limit is met to half a task; but at least the points of a useful task.
-constexpr double kTaskShareOfTime = 0.1;
 constexpr std::uint64_t kMinTimedQueries = std::uint64_t{1} << 17;
 // Slots of the first task, before the wall time of a slot is known.
 constexpr std::uint64_t kMinTimedSlots = 4096;
@@ -31,15 +28,9 @@ constexpr std::uint64_t kMaxOnDisk = std::uint64_t{1} << 25;
 // Below this number of query points per photon in a portion, photons that find almost none dominate the cost of a
 // reverse engine.
 constexpr std::uint64_t kFewQueriesPerPhoton = 2;
-// From this number on, its leaves have their largest size.
-constexpr std::uint64_t kGoodQueriesPerPhoton = 5;
-// Passes of paths from points at least, so that progress moves.
-constexpr std::uint32_t kPassesOfPaths = 32;
 // Sides of tiles are multiples of this, the side of the camera pass's blocks of pixels.
 constexpr int kMinTile = CameraTask::kBlock;
 constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
-// Tiles span the whole width if they are at least this high.
-constexpr int kLowestBand = 64;
 
 std::uint64_t slot_bytes_of(const RenderSettings& settings) {
   const PlaceLayers places = settings.place_layers();
@@ -53,15 +44,16 @@ std::uint64_t ray_bytes(const RenderSettings& settings) {
 /// Most query points of a task, because of the time limit.
 std::uint64_t most_timed_queries(const RenderSettings& settings) {
   if (settings.time_limit_s <= 0) return kMaxOnDisk;
-  const double seconds = settings.time_limit_s * kTaskShareOfTime;
+  // The limit is met to half a task, so slow cores should manage a task in a tenth of it.
+  const double seconds = settings.time_limit_s * 0.1;
   const double queries = seconds / kUsualCost.ray_s * std::max(settings.threads, 1);
   return std::clamp(static_cast<std::uint64_t>(std::min<double>(queries, kMaxOnDisk)), kMinTimedQueries, kMaxOnDisk);
 }
 
 /// Query points of a portion: those of a sample, and so many that photons which find none do not dominate.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
-  const std::uint64_t per_photon =
-      engine_traits(settings.engine).goes_over_photons ? kGoodQueriesPerPhoton : kFewQueriesPerPhoton;
+  // From this number on, its leaves have their largest size.
+  const std::uint64_t per_photon = engine_traits(settings.engine).goes_over_photons ? 5 : kFewQueriesPerPhoton;
   return std::min(
       std::max({settings.bounds.pixel_count() * settings.gather, per_photon * settings.photons, kMinQueries}),
       kMaxQueries);
@@ -153,11 +145,10 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
   if (!(gathers || by_points) || settings.progressive) return schedule;
   const std::uint64_t pixels = settings.bounds.pixel_count();
   std::uint64_t samples = 1;
-  if (settings.preference == Preference::quality)
-    samples = schedule.slots_at_once / kMinSlots;
+  if (settings.preference == Preference::quality) samples = schedule.slots_at_once / kMinSlots;
+  // At least 32 passes of paths from points, so that progress moves.
   else if (by_points)
-    samples =
-        std::min<std::uint64_t>(schedule.slots_at_once / pixels, settings.sample_range().count() / kPassesOfPaths);
+    samples = std::min<std::uint64_t>(schedule.slots_at_once / pixels, settings.sample_range().count() / 32);
   else if (settings.preference == Preference::automatic && engine_traits(settings.engine).goes_over_photons)
     samples = schedule.slots_at_once / pixels;
   schedule.samples_at_once = static_cast<std::uint32_t>(std::max<std::uint64_t>(samples, 1));
@@ -191,7 +182,8 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
   const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kMinSlots);
   const PixelBounds part = tiled_bounds(settings);
   const auto width = static_cast<std::uint64_t>(part.width());
-  const bool bands = slots / width >= kLowestBand;
+  // Tiles span the whole width unless they would be lower than this.
+  const bool bands = slots / width >= 64;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
   const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;
   return {bands ? part.width() : even_piece(part.width(), side / kMinTile * kMinTile),

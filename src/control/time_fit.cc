@@ -14,12 +14,8 @@ namespace glowworm {
 
 namespace {
 
-/// Share of the time for which photons and gather rays are fitted at least: fewer would spoil the picture.
-constexpr double kLeastRoom = 0.1;
 /// Most of the time left that photons, and then a first image, may take.
 constexpr double kPhotonShare = 0.4, kImageShare = 0.8;
-/// The pilot pass of the gather guide traces this share of the rays of a first image.
-constexpr double kGuideShare = 0.5;
 /// Tasks that measure are squares of at most this side, in pixels, in so many rows and columns, and cover at most this
 /// share of the picture.
 constexpr int kTaskSide = 32, kTaskRows = 2;
@@ -72,7 +68,8 @@ RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNu
   if (!automatic.photons) share = 1;
   if (share < 1) s = with_fewer_photons(s, share);
   if (!automatic.gather || cost.ray_s <= 0) return s;
-  const double image_s = cost.sample_s(s.gather) * static_cast<double>(s.bounds.pixel_count()) * (1 + kGuideShare);
+  // The pilot pass of the gather guide traces half of the rays of a first image.
+  const double image_s = cost.sample_s(s.gather) * static_cast<double>(s.bounds.pixel_count()) * 1.5;
   const double image_room_s = std::max(kImageShare * (room_s - share * photons_s), 0.0);
   if (image_s <= image_room_s) return s;
   s.gather = static_cast<std::uint32_t>(std::max(s.gather * image_room_s / image_s, 1.0));
@@ -129,9 +126,10 @@ void Job::fit_to_time() {
   made_->maps.forget();
   made_->fixed_radius = 0;
   const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
+  // Fewer photons and gather rays than fit into a tenth of the time would spoil the picture.
   const RenderSettings fitted =
       fitted_settings(settings_, automatic_, cost,
-                      std::max((time_.left_s() - again_s) / job_time_.least_passes, kLeastRoom * time_.whole_s()));
+                      std::max((time_.left_s() - again_s) / job_time_.least_passes, 0.1 * time_.whole_s()));
   if (guiding_paths(few) != guiding_paths(fitted)) {
     made_->guide.reset();
     made_->importance.reset();

@@ -10,8 +10,6 @@ namespace {
 
 /// Most that a task may take, as a share of the limit, and the time from which on smaller tasks gain nothing.
 constexpr double kTaskShare = 0.03, kLeastTaskShare = 0.005;
-/// Rehearsals take at most this share of the time.
-constexpr double kRehearsalShare = 0.02;
 
 }  // namespace
 
@@ -40,7 +38,8 @@ void TimeLimit::rehearse(bool has_image, double share, const std::function<void(
   // Rises at once and falls slowly: a short rehearsal may have had more of the machine than the whole will have.
   const double measured = (end - start) / share;
   finish_s_ = std::max(measured, 0.5 * (finish_s_ + measured));
-  next_rehearsal_s_ = end + (end - start) / kRehearsalShare;
+  // Rehearsals take at most this share of the time.
+  next_rehearsal_s_ = end + (end - start) / 0.02;
   had_image_ = has_image;
 }
 

@@ -11,8 +11,6 @@ namespace glowworm {
 
 namespace {
 
-/// Share of its distance by which a place may lie beside the one found again, beside the slope of the surface.
-constexpr float kNear = 0.01f;
 /// Most of the expected squares of differences that the same light shows.
 constexpr float kMostOfPatch = 2, kMostOfSum = 4;
 
@@ -99,8 +97,9 @@ void add_earlier_samples(const EarlierFrames& earlier, const FilterGuides& guide
       int u = 0, v = 0;
       const Projection found = others.find(place, u, v);
       if (!(found.depth > 0) || !others.has(u, v)) continue;
+      // The place may lie a hundredth of its distance beside the one found again, beside the slope of the surface.
       const bool same_place = length_squared(others.normal(u, v) - normal) <= kNormalDifference &&
-                              std::abs(others.depth(u, v) - found.depth) <= kNear * found.depth + slope;
+                              std::abs(others.depth(u, v) - found.depth) <= 0.01f * found.depth + slope;
       const LightEstimate& other = (*frame).*layer;
       if (!same_place || !same_light(own, pixels, x, y, other, others, u, v)) continue;
       const std::size_t j = others.at(u, v);

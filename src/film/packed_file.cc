@@ -19,8 +19,6 @@ namespace {
 constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 /// Bytes of the largest numbers.
 constexpr std::size_t kNumber = 16;
-/// Slower levels hardly compress sums of samples further.
-constexpr int kLevel = 1;
 
 struct BlockHeader {
   std::uint32_t size = 0, packed_size = 0;
@@ -119,8 +117,9 @@ void PackedWriter::flush() {
     const std::span<const std::byte> raw(waiting_.data() + i * kBlockBytes, size);
     Workshop& own = workshop();
     sort_bytes(raw, own.sorted.data());
+    // Slower levels hardly compress sums of samples further.
     const std::size_t bytes =
-        ZSTD_compressCCtx(own.packer.get(), own.packed.data(), own.packed.size(), own.sorted.data(), size, kLevel);
+        ZSTD_compressCCtx(own.packer.get(), own.packed.data(), own.packed.size(), own.sorted.data(), size, 1);
     if (ZSTD_isError(bytes)) throw Error(std::string("a block cannot be compressed: ") + ZSTD_getErrorName(bytes));
     packed[i].assign(own.packed.begin(), own.packed.begin() + static_cast<std::ptrdiff_t>(bytes));
     headers[i] = {static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(bytes), hash_of(packed[i])};

@@ -13,12 +13,6 @@ namespace glowworm {
 
 namespace {
 
-/// Patches cover at most this share of the lit area, so that few rays need weighting,
-constexpr double kMaxShare = 0.08;
-/// and their irradiance is at least this multiple of the mean.
-constexpr double kBrightness = 8;
-/// Patches pay off only with at least this share of the mean square of radiosity.
-constexpr double kMinMoment = 0.5;
 /// A triangle is divided at most this many times, into at most this many cells.
 constexpr int kDeepest = 7;
 constexpr float kMaxCells = 0x1p+14f;
@@ -26,8 +20,6 @@ static_assert(kMaxCells == float{1 << (2 * kDeepest)});
 /// Probe rays around a bright photon, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
-/// One ray in this many goes to patches.
-constexpr std::uint32_t kRaysASample = 4;
 
 /// The irradiance above which points are bright; infinite if sampling bright points would not pay off.
 double find_threshold(const LitPlaces& places) {
@@ -47,11 +39,14 @@ double find_threshold(const LitPlaces& places) {
   double bright_area = 0, bright_moment = 0, threshold = std::numeric_limits<double>::infinity();
   for (const std::size_t i : order) {
     bright_area += static_cast<double>(places.flux[i]) / places.irradiance[i];
-    if (bright_area > kMaxShare * area || places.irradiance[i] < kBrightness * flux / area) break;
+    // Patches cover at most this share of the lit area, so that few rays need weighting; their irradiance is at least
+    // this multiple of the mean.
+    if (bright_area > 0.08 * area || places.irradiance[i] < 8 * flux / area) break;
     bright_moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
     threshold = places.irradiance[i];
   }
-  return bright_moment >= kMinMoment * moment ? threshold : std::numeric_limits<double>::infinity();
+  // Patches pay off only with half of the mean square of radiosity.
+  return bright_moment >= 0.5 * moment ? threshold : std::numeric_limits<double>::infinity();
 }
 
 std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::uint64_t{triangle} << 32 | cell; }
@@ -79,7 +74,8 @@ Vec3 point_on(const Geometry& geometry, std::uint32_t triangle, Vec2 b) {
 
 }  // namespace
 
-std::uint32_t default_patch_samples(std::uint32_t gather_rays) { return std::max(1u, gather_rays / kRaysASample); }
+// One ray in four goes to patches.
+std::uint32_t default_patch_samples(std::uint32_t gather_rays) { return std::max(1u, gather_rays / 4); }
 
 BrightPatches::BrightPatches(const Tracer& tracer, const LitPlaces& places, const RadiusGrid& radii) {
   const double threshold = find_threshold(places);

@@ -20,11 +20,7 @@ constexpr std::size_t kMinPoints = 16;
 constexpr double kBorrowedRays = 4;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
-/// Shares of even rays with which the gain of a guide is told: the second is for light that few rays find, because
-/// tables of half of the rays estimate it less well than tables of all.
-constexpr std::array<double, 2> kEvenShares = {GatherGuide::kEvenShare, 0.5};
 
-constexpr std::size_t kTableSide = GuideTable::kSide;
 constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
 
 float mixed(float a, float b, float t) { return a + (b - a) * t; }
@@ -33,8 +29,8 @@ float mixed(float a, float b, float t) { return a + (b - a) * t; }
 template <typename SumAt>
 std::size_t cell_of(float sum, SumAt&& sum_at) {
   std::size_t cell = 0;
-  for (std::size_t i = 0; i < kTableSide; ++i) cell += sum_at(i) <= sum;
-  return std::min(cell, kTableSide - 1);
+  for (std::size_t i = 0; i < GuideTable::kSide; ++i) cell += sum_at(i) <= sum;
+  return std::min(cell, GuideTable::kSide - 1);
 }
 
 /// A place in a cell, from 0 to 1, and the density there.
@@ -53,7 +49,7 @@ Place reach(float low, float high, float sum) {
 
 /// The coordinate of a place in a cell.
 float along_side(std::size_t cell, float at) {
-  return std::min((static_cast<float>(cell) + at) / static_cast<float>(kTableSide), kBelowOne);
+  return std::min((static_cast<float>(cell) + at) / static_cast<float>(GuideTable::kSide), kBelowOne);
 }
 
 }  // namespace
@@ -216,7 +212,9 @@ class GatherGuide::Learner {
     const double even = with_share(1);
     double least = kWorthwhile * even;
     bool gains = false;
-    for (const double even_share : kEvenShares)
+    // Shares of even rays tried when estimating the gain: the second is for light that few rays find, because
+    // tables of half of the rays estimate it less well than tables of all.
+    for (const double even_share : {double{GatherGuide::kEvenShare}, 0.5})
       if (const double guided = with_share(even_share); guided < least) {
         least = guided;
         gains = true;

@@ -11,10 +11,6 @@ namespace {
 /// up. The rays of a point together see all parts, and a lookup costs as the length of its segment.
 constexpr float kParts = 8;
 
-/// Places at which a camera ray samples lamps on each piece of its way: a shaft of light covers a part of them.
-/// On pieces thinner than kThinOpacity they sample fewer places, and look up a part of the piece.
-constexpr float kPlacesOfCameraRays = 16;
-
 /// Whether lamps are at finite distance, so that places by their angle are sampled, too.
 bool has_near_lamps(const Scene& scene) {
   return !scene.emissive_triangles().empty() ||
@@ -100,7 +96,9 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   if (photons_alone_) return;
   // In other media, only samples that scatter cost anything, so their number falls with the opacity already.
   const float share = is_homogeneous(medium) ? std::min(stopped / kThinOpacity, 1.0f) : 1.0f;
-  const float places = std::ceil(kPlacesOfCameraRays * share);
+  // Places at which a camera ray samples lamps on each piece of its way: a shaft of light covers a part of them.
+  // On pieces thinner than kThinOpacity they sample fewer places, and look up a part of the piece.
+  const float places = std::ceil(16 * share);
   sample_lamps(LitSegment(medium, path, length, true), throughput, target, target.by_opacity ? 1 : places, sampler);
 }
 

@@ -18,8 +18,6 @@ namespace {
 /// Offset of rays from a point whose triangle is not known, relative to the largest coordinate of point and scene:
 /// several times the rounding of points on triangles as large as the scene (core/offset_origin.h).
 constexpr float kPointOffset = 0x1p-20f;
-/// Allowed deviation of a normal's squared length from 1.
-constexpr float kUnitTolerance = 1e-3f;
 
 float largest_coordinate(Vec3 p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
 
@@ -37,7 +35,8 @@ void PointGrid::check() const {
     const Vec3 p = position[i], n = normal[i];
     if (!std::isfinite(dot(p, p)))
       throw Error(fmt::format("point {} has no finite position: ({}, {}, {})", i, p.x, p.y, p.z));
-    if (!(std::abs(dot(n, n) - 1) <= kUnitTolerance))
+    // Allowed deviation of a normal's squared length from 1.
+    if (!(std::abs(dot(n, n) - 1) <= 1e-3f))
       throw Error(fmt::format("point {} has the normal ({}, {}, {}), which is not of unit length", i, n.x, n.y, n.z));
   }
 }
@@ -81,12 +80,10 @@ Vertex white_vertex(const Tracer& tracer, const PointGrid& grid, std::size_t cel
 }
 
 void mark_point(const PointGrid& grid, std::size_t cell, FirstHit& first_hit, std::size_t slot) {
-  // Depths of neighbouring surfaces differ by at least a factor of two.
-  constexpr std::uint32_t kDepths = 32;
   first_hit.albedo[slot] = RGB(1.0f);
   first_hit.normal[slot] = grid.normal[cell];
-  first_hit.depth[slot] =
-      grid.surface.empty() ? 1.0f : std::ldexp(1.0f, static_cast<int>(grid.surface[cell] % kDepths));
+  // Depths of neighbouring surfaces differ by at least a factor of two.
+  first_hit.depth[slot] = grid.surface.empty() ? 1.0f : std::ldexp(1.0f, static_cast<int>(grid.surface[cell] % 32));
 }
 
 void point_pass(const Tracer& tracer, const PointGrid& grid, CameraTasks tasks, SlotRadiance& radiance,

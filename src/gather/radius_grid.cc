@@ -4,17 +4,15 @@
 
 namespace glowworm {
 
-namespace {
-/// Cells along the longest side.
-constexpr int kResolution = 64;
-}  // namespace
+namespace {}  // namespace
 
 RadiusGrid::RadiusGrid(std::span<const Vec3> positions, std::span<const float> radii) {
   if (positions.empty()) return;
   for (const Vec3& p : positions) bounds_.grow(p);
   const Vec3 side = bounds_.diagonal();
   const float longest = side[bounds_.longest_axis()];
-  const float cell_side = longest > 0 ? longest / kResolution : 1.0f;
+  // 64 cells along the longest side.
+  const float cell_side = longest > 0 ? longest / 64 : 1.0f;
   for (int axis = 0; axis < 3; ++axis) size_[axis] = static_cast<int>(side[axis] / cell_side) + 1;
   cells_per_metre_ = Vec3{1, 1, 1} / cell_side;
   const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];

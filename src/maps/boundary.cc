@@ -31,8 +31,6 @@ namespace {
 constexpr float kFirstLines = 8, kAllLines = 32, kLinesOfQuery = 64;
 /// Photons of a piece of shared work, about a tenth of a second of a core, and most pieces.
 constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
-/// A cluster is plain if the first lines give all its photons a mass within this distance of 1.
-constexpr float kTolerance = 0.02f;
 /// Share of a line that is skipped behind a surface, in addition to rounding, so that the surface is not hit again.
 /// A line goes on through all slats of a blind, without which the mass would be too small.
 constexpr float kStep = 1e-3f;
@@ -187,8 +185,9 @@ class ClusterMass {
   }
 
   bool is_plain() const {
+    // Within so much of 1 a mass makes no difference that shows.
     for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
-      if (std::abs(mass(i) - 1) > kTolerance) return false;
+      if (std::abs(mass(i) - 1) > 0.02f) return false;
     return true;
   }
 

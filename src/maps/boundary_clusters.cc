@@ -12,10 +12,6 @@ namespace glowworm {
 
 namespace {
 
-/// Photons of a leaf of the tree: with the default k, a cluster is about as wide as a photon's disc.
-constexpr std::uint32_t kLeafSize = 48;
-/// Normals of a cluster's photons have a dot product above this with its first photon's normal.
-constexpr float kLikeNormal = 0.9f;
 /// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
 constexpr float kClusterFlatness = 1e-4f;
 
@@ -35,8 +31,9 @@ class Clusterer {
     while (begin < photons.size()) {
       const Vec3 normal = photons_.normal[photons[begin]];
       const auto rest = photons.subspan(begin);
-      const auto end = std::stable_partition(
-          rest.begin(), rest.end(), [&](std::uint32_t p) { return dot(photons_.normal[p], normal) > kLikeNormal; });
+      // A cluster has normals near that of its first photon.
+      const auto end = std::stable_partition(rest.begin(), rest.end(),
+                                             [&](std::uint32_t p) { return dot(photons_.normal[p], normal) > 0.9f; });
       // A photon without a normal does not match itself either.
       const std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(end - rest.begin()));
       const BoundaryCluster whole = measure(rest.first(count), first + static_cast<std::uint32_t>(begin));
@@ -102,7 +99,8 @@ BoundaryCluster lone_cluster(Vec3 position, Vec3 normal, float radius) {
 
 BoundaryClusters make_boundary_clusters(const PhotonBatch& photons, std::span<const float> radii) {
   BoundaryClusters result;
-  const KdTree tree = build_kd_tree(photons.position, kLeafSize);
+  // With the default k, a leaf is about as wide as a photon's disc.
+  const KdTree tree = build_kd_tree(photons.position, 48);
   result.photons.resize(photons.size());
   for (std::size_t i = 0; i < result.photons.size(); ++i) result.photons[i] = tree.points[i].index;
   std::vector<KdNode> leaves;

@@ -15,20 +15,13 @@ namespace {
 /// Rays of a point of the pilot pass, and most of all.
 constexpr std::uint32_t kRaysEach = 16;
 constexpr double kMaxRays = 1 << 19;
-/// Rays from a PointGrid at least: there may be few points, with many samples each.
-constexpr double kMinRaysFromPoints = 1 << 16;
-/// Rays of the pilot pass, as a share of one sample's rays in all pixels.
-constexpr double kShare = 0.5;
 /// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
-constexpr double kLeastGain = 0.12;
 /// Limits of the points of the pilot pass that are worked on at a time. Lookups of many points are faster, so as many
 /// are taken as 1 / kMemoryShare of the free memory holds.
 constexpr std::size_t kMinPointsAtOnce = 256, kMaxPointsAtOnce = 4096;
 constexpr std::uint64_t kMemoryShare = 8, kBytesAtWork = 13'000;
-/// Points of a piece of shared work, about a tenth of a second of a core.
-constexpr double kPointsPerPiece = 4096;
 /// Memory of a point, and of it with its rays.
 constexpr std::uint64_t kBytesOfPoint = 2 * sizeof(Vec3), kBytesEach = kBytesOfPoint + kRaysEach * (sizeof(float) + 1);
 
@@ -183,7 +176,8 @@ namespace {
 
 /// Points of the pilot pass.
 double pilot_points(double pixels, std::uint32_t gather, bool of_points) {
-  return std::clamp(pixels * gather * kShare, of_points ? kMinRaysFromPoints : 0, kMaxRays) / kRaysEach;
+  // Half of one sample's rays in all pixels. Points may be few, with many samples each.
+  return std::clamp(pixels * gather * 0.5, of_points ? double{1 << 16} : 0, kMaxRays) / kRaysEach;
 }
 
 }  // namespace
@@ -201,7 +195,8 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
   const bool of_points = view.points != nullptr;
   const double points = pilot_points(pixels, settings.gather, of_points);
   const Reservation reservation(budget, "guide of gather rays", gather_guide_bytes(pixels, settings.gather, of_points));
-  const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / kPointsPerPiece / kParts));
+  // A piece takes a core about a tenth of a second.
+  const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / 4096 / kParts));
   Pilot pilot(tracer, maps, view, points, settings, budget);
   GuideRays rays;
   rays.rays_each = kRaysEach;
@@ -218,7 +213,8 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
       for (std::size_t piece = first; piece < end; ++piece) pilot.gather(piece, pieces, rays);
   };
   gather("gather-guide", 0, pieces / kParts);
-  if (view.camera && GatherGuide(rays).gain() < kLeastGain) return {};
+  // Guided rays find more photons, so a sample takes about a tenth longer: the guide has to gain that.
+  if (view.camera && GatherGuide(rays).gain() < 0.12) return {};
   gather("gather-guide-more", pieces / kParts, pieces);
   return GatherGuide(rays);
 }

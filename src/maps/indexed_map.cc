@@ -18,9 +18,6 @@ namespace {
 /// Memory of a photon in addition to its batch: radius, place in the order, factor.
 constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 
-/// Rounds that find how far the k nearest photons reach near edges: more change little.
-constexpr int kNearestRounds = 4;
-
 template <typename Factor>
 LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
@@ -145,7 +142,8 @@ std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& n
     // whatever the kernel. A larger disc may again be empty in part.
     const std::vector<float> whole = policy.radii;
     const KernelShape shape = std::exchange(policy.kernel, KernelShape::box);
-    for (int round = 0; round < kNearestRounds; ++round) {
+    // More rounds change little.
+    for (int round = 0; round < 4; ++round) {
       const std::vector<float> found = found_for(fmt::format("-in-radii-{}", round));
       for (std::size_t i = 0; i < found.size(); ++i)
         policy.radii[i] = std::min(whole[i] * std::sqrt(found[i]), policy.max_radius);

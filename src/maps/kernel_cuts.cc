@@ -14,9 +14,6 @@ namespace glowworm {
 
 namespace {
 
-/// Triangles whose normal is within this cosine of the photons' are surface; the others may be walls.
-constexpr float kSurfaceCosine = 0.70710678f;
-
 std::array<Vec3, 3> corners(const CornerAndEdges& t) {
   const Vec3 a{t.corner[0], t.corner[1], t.corner[2]};
   return {a, a + Vec3{t.edge[0][0], t.edge[0][1], t.edge[0][2]}, a + Vec3{t.edge[1][0], t.edge[1][1], t.edge[1][2]}};
@@ -51,7 +48,8 @@ void NearbyWalls::find(const NearbySurface& surface, const BoundaryCluster& clus
     const std::array<Vec3, 3> corner = corners(t.place);
     for (const Vec3& place : corner) rounding_ = std::max(rounding_, 4 * position_rounding(place));
     const Vec3 normal = normalize(cross(normalize(corner[1] - corner[0]), normalize(corner[2] - corner[0])));
-    if (std::abs(normal.z) > kSurfaceCosine) {
+    // Triangles on which the photons count are surface; the others may be walls.
+    if (std::abs(normal.z) > kMinNormalCosine) {
       surface_corners_.insert(surface_corners_.end(), corner.begin(), corner.end());
     } else if (const auto ends = slice(corner, 0.5f * cluster.high)) {
       walls_.push_back({(*ends)[0], (*ends)[1], normal, dot(normal, corner[0]), false, false, t.index, false});

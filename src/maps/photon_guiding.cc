@@ -19,17 +19,9 @@ constexpr double kPilotPixels = 4096;
 constexpr std::uint32_t kPilotGatherRays = 6;
 /// Pilot rounds: the first emits in proportion to power, and each later one is guided by those before it.
 constexpr int kRounds = 4;
-/// Continues with more rounds while less than this share of a round's paths contribute.
-constexpr double kHardShare = 0.2;
 /// Paths of a round: a share of the wanted photons, within bounds. Learning ends when its paths have stored so many
 /// photons each.
 constexpr std::uint64_t kPhotonsAPath = 8, kMinPaths = 16384, kMaxPaths = 65536;
-/// If fewer of the first paths than this contribute, more are emitted.
-constexpr std::size_t kMinHits = 128;
-/// Share of contributing paths above which guiding cannot gain much.
-constexpr double kEasyShare = 0.4;
-/// Least gain of the mean score that justifies the uneven flux of photons.
-constexpr double kMinGain = 1.5;
 
 ImportanceGrid grid_of(const QueryPoints& queries) {
   std::vector<float> weights;
@@ -162,7 +154,8 @@ EmissionGuide learn_emission(const Tracer& tracer, PhotonPassSettings pilot, con
   // Paths of a closed white room would bounce on and on.
   std::uint64_t photons_left =
       kPhotonsAPath * learning.count * (learning.most_in_first + static_cast<std::size_t>(learning.most_rounds));
-  for (int round = 0; round < kRounds || (round < learning.most_rounds && share < kHardShare); ++round) {
+  // More rounds follow while less than a fifth of a round's paths contribute.
+  for (int round = 0; round < kRounds || (round < learning.most_rounds && share < 0.2); ++round) {
     if (photons_left == 0) break;
     const EmissionGuide guide = paths.empty() ? EmissionGuide() : learn(paths, guides, counts, learning.floor);
     pilot.guide = &guide;
@@ -170,15 +163,18 @@ EmissionGuide learn_emission(const Tracer& tracer, PhotonPassSettings pilot, con
     do {
       const std::vector<PilotPath> more = trace_pilot(tracer, pilot, paths.size(), learning.count, photons_left);
       paths.insert(paths.end(), more.begin(), more.end());
-    } while (round == 0 && count_hits(paths) < kMinHits && paths.size() < learning.most_in_first * learning.count &&
+      // If too few of the first paths contribute, more are emitted.
+    } while (round == 0 && count_hits(paths) < 128 && paths.size() < learning.most_in_first * learning.count &&
              photons_left > 0);
     guides.push_back(guide);
     counts.push_back(paths.size() - before);
     share = static_cast<double>(count_hits(std::span(paths).subspan(before))) / static_cast<double>(counts.back());
-    if (round == 0 && (share == 0 || share > kEasyShare)) return {};
+    // Where most paths contribute, a guide cannot gain much.
+    if (round == 0 && (share == 0 || share > 0.4)) return {};
   }
   EmissionGuide guide = learn(paths, guides, counts, learning.floor);
-  return guide.gain() >= kMinGain ? guide : EmissionGuide();
+  // A smaller gain does not make up for the uneven flux of photons.
+  return guide.gain() >= 1.5 ? guide : EmissionGuide();
 }
 
 std::size_t guiding_paths(const RenderSettings& settings) {

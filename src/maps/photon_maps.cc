@@ -23,20 +23,13 @@ namespace {
 
 /// Most photons from which find_patches() estimates the brightness of the scene, and the memory of each.
 constexpr std::uint64_t kMaxLitPlaces = 32768, kBytesPerLitPlace = 512;
-/// Most paths emitted only for the caustic map, for each gather ray of a sample of all pixels.
-constexpr double kCausticPathsPerRay = 0.25;
 /// Paths of a pilot round that finds where to emit them: one of so many of them, within bounds.
 constexpr std::uint64_t kCausticPilotShare = 8, kMinCausticPilot = 2048, kMaxCausticPilot = 16384;
-/// More of them for chosen photons, until enough of them count.
-constexpr std::size_t kMostChosenPilots = 8;
 /// Their least density: a rare photon of much flux would be a spot in dark parts of a caustic.
 constexpr float kCausticFloor = 0.1f;
 /// Photons in an estimate from the caustic map of a single pass, and at most, as multiples of k. Caustics are seen
 /// directly, where noise shows more than in the global map, and blur is a few pixels.
 constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
-/// Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
-/// would be on another page. Fewer photons keep the order in which they were traced.
-constexpr std::size_t kMostUnordered = std::size_t{1} << 22;
 
 /// What the memory of light paths is reserved as.
 constexpr const char* kKeptPaths = "kept light paths";
@@ -73,9 +66,7 @@ float progressive_radius_scale(std::uint32_t pass) {
   return static_cast<float>(std::sqrt(squared));
 }
 
-std::uint64_t affordable_caustic_paths(double gather_rays) {
-  return static_cast<std::uint64_t>(kCausticPathsPerRay * gather_rays);
-}
+std::uint64_t affordable_caustic_paths(double gather_rays) { return static_cast<std::uint64_t>(0.25 * gather_rays); }
 
 void PhotonMaps::forget() {
   *building_ = false;
@@ -191,7 +182,9 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   IndexedMap::Photons global{std::move(pass_.global), std::move(pass_.global_source)};
   IndexedMap::Photons caustic{std::move(pass_.caustic), std::move(pass_.caustic_source)};
   for (IndexedMap::Photons* photons : {&global, &caustic}) {
-    if (photons->batch.size() <= kMostUnordered) continue;
+    // Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
+    // would be on another page. Fewer photons keep the order in which they were traced.
+    if (photons->batch.size() <= std::size_t{1} << 22) continue;
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     const std::vector<std::uint32_t> places = places_by_cell(photons->batch.position);
     photons->batch = photons->batch.moved(places);
@@ -247,8 +240,9 @@ PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, c
   const auto learn = [&] {
     wanted.pass = kPilotStream;  // a pass number that photons never use
     const std::uint64_t pilot = std::clamp(wanted.photons / kCausticPilotShare, kMinCausticPilot, kMaxCausticPilot);
+    // More of them for chosen photons, until enough of them count.
     return std::make_shared<const EmissionGuide>(
-        learn_emission(tracer, wanted, {.count = pilot, .most_in_first = kMostChosenPilots, .floor = kCausticFloor}));
+        learn_emission(tracer, wanted, {.count = pilot, .most_in_first = 8, .floor = kCausticFloor}));
   };
   wanted.guide = (discs ? air_guide_ : surface_guide_).update(settings_, learn).get();
   wanted.pass = hash_combine(discs ? kAirStream : kChosenStream, settings_.pass);

@@ -37,10 +37,9 @@ constexpr Unit kShareUnits[] = {{"", 1}, {"%", 0.01}};
 constexpr Unit kLengthUnits[] = {{"", 1}, {"m", 1}};
 constexpr Unit kCountUnits[] = {{"", 1}, {"k", 1e3}, {"M", 1e6}};
 constexpr Unit kTimeUnits[] = {{"", 1}, {"s", 1}, {"m", 60}, {"min", 60}, {"h", 3600}};
-constexpr double kKiB = 1024, kMiB = 1024 * kKiB, kGiB = 1024 * kMiB, kTiB = 1024 * kGiB;
-constexpr Unit kByteUnits[] = {{"", 1},     {"K", 1e3},    {"KB", 1e3},  {"KiB", kKiB}, {"M", 1e6},
-                               {"MB", 1e6}, {"MiB", kMiB}, {"G", 1e9},   {"GB", 1e9},   {"GiB", kGiB},
-                               {"T", 1e12}, {"TB", 1e12},  {"TiB", kTiB}};
+constexpr Unit kByteUnits[] = {{"", 1},     {"K", 1e3},      {"KB", 1e3},    {"KiB", 0x1p10}, {"M", 1e6},
+                               {"MB", 1e6}, {"MiB", 0x1p20}, {"G", 1e9},     {"GB", 1e9},     {"GiB", 0x1p30},
+                               {"T", 1e12}, {"TB", 1e12},    {"TiB", 0x1p40}};
 
 /// A decimal number with an optional unit, times the unit's factor; NaN if the text is none.
 double parse_quantity(std::string_view text, std::span<const Unit> units) {

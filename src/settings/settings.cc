@@ -23,10 +23,6 @@ namespace glowworm {
 namespace {
 
 constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
-/// Memory for each thread: a quarter holds its rays (kBytesPerThread).
-constexpr std::uint64_t kMemoryOfThread = 32'000'000;
-/// Each guide camera takes as long as the guide of a still.
-constexpr std::size_t kMostGuideCameras = 16;
 /// Most camera samples of a render that ends by time or noise.
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
@@ -45,8 +41,6 @@ constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinM
 constexpr double kPhotonsOfPoints = 1562;
 /// Photons of an estimate: radii hold so many.
 constexpr std::uint32_t kNearest = 50;
-/// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
-constexpr double kProgressiveShare = 0.5;
 /// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
 /// is a constant because the choice must not depend on the machine.
 constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
@@ -91,7 +85,8 @@ void resolve_gather(RenderSettings& s) {
 }
 
 /// The share that a map gets of the photons that the rays and most_photons() allow.
-double photon_share(const RenderSettings& s) { return s.progressive ? kProgressiveShare : 1; }
+// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
+double photon_share(const RenderSettings& s) { return s.progressive ? 0.5 : 1; }
 
 /// Samples of the usual number of gather rays.
 double usual_samples(const RenderSettings& s) {
@@ -199,7 +194,8 @@ void check_part(const RenderSettings& asked) {
 }
 
 std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
-  const std::size_t count = std::min(names.size(), kMostGuideCameras);
+  // Each takes as long as the guide of a still.
+  const std::size_t count = std::min<std::size_t>(names.size(), 16);
   std::vector<std::string> out;
   for (std::size_t i = 0; i < count; ++i) out.push_back(names[i * names.size() / count]);
   return out;
@@ -225,7 +221,8 @@ std::uint64_t default_memory_bytes() {
 }
 
 int default_threads(std::uint64_t memory_bytes, int cores) {
-  const std::uint64_t fit = (memory_bytes > 0 ? memory_bytes : default_memory_bytes()) / kMemoryOfThread;
+  // Memory for each thread: a quarter holds its rays (kBytesPerThread).
+  const std::uint64_t fit = (memory_bytes > 0 ? memory_bytes : default_memory_bytes()) / 32'000'000;
   return static_cast<int>(std::clamp<std::uint64_t>(fit, 1, static_cast<std::uint64_t>(std::max(cores, 1))));
 }
 

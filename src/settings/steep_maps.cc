@@ -18,8 +18,6 @@ namespace {
 constexpr std::size_t kMostLines = 8;
 /// Points at which the maps of a material are looked up: a share of a twentieth is found to a tenth of itself.
 constexpr std::size_t kPlaces = 2048;
-/// Slopes above this share of the surface change the picture by more than maps that differ by their filter alone.
-constexpr double kSteepShare = 0.05;
 
 bool has_map(const Scene& scene, std::uint32_t material) {
   const Material& m = scene.materials()[material];
@@ -84,7 +82,8 @@ std::vector<std::string> steep_map_notes(const Scene& scene) {
   for (std::size_t m = 0; m < looked.size(); ++m) {
     const double share =
         static_cast<double>(looked[m].steep) / static_cast<double>(std::max<std::size_t>(looked[m].points, 1));
-    if (!(share > kSteepShare)) continue;
+    // Fewer slopes change the picture by no more than maps that differ by their filter alone.
+    if (!(share > 0.05)) continue;
     if (notes.size() == kMostLines)
       ++more;
     else

@@ -30,10 +30,6 @@ enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, 
 constexpr double kPatience = 600, kSendSeconds = 120;
 /// Rank 0 checks the state of the render at this interval, in seconds.
 constexpr double kTurn = 0.002;
-/// Tasks assigned to a rank: one that it computes, and the next, to hide the time of messages.
-constexpr int kTasksAtOnce = 2;
-/// Pixels of results that rank 0 adds at once. A result of more pixels keeps all threads busy alone.
-constexpr std::size_t kPixelsAddedAtOnce = std::size_t{1} << 18;
 
 template <typename... Values>
 std::vector<std::byte> packed(Kind kind, const Values&... values) {
@@ -267,7 +263,8 @@ void Crew::serve(const Work& work) {
     while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
       pixels += pixels_of(*message);
       messages.push_back(*std::move(message));
-      if (pixels >= kPixelsAddedAtOnce) break;
+      // A result of more pixels keeps all threads busy alone.
+      if (pixels >= std::size_t{1} << 18) break;
     }
     parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
     for (const Message& message : messages) take_message(message, work);
@@ -348,7 +345,8 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Fi
                       const std::function<bool()>& ended) {
   try {
     begin();
-    for (int i = 0; i < kTasksAtOnce; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
+    // One that it computes, and the next, to hide the time of messages.
+    for (int i = 0; i < 2; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
     std::deque<CameraTask> tasks;
     bool stopped = false;
     while (!stopped && !ended()) {

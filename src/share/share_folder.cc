@@ -30,11 +30,6 @@ namespace {
 
 constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '2'};
 
-/// Bytes of a piece that are read at a time.
-constexpr std::uint64_t kReadAtOnce = std::uint64_t{1} << 24;
-/// One of so many looks is at all pieces that are not there.
-constexpr int kLooksAtAll = 10;
-
 std::string subfolder(const std::string& key) {
   ContentHash hash;
   hash.add(std::string_view(key));
@@ -96,7 +91,7 @@ class ShareFolder::Division {
     for (int looks = 0; next_ < count_;) {
       check_cancelled();
       // Many may wait: most looks are for the next piece alone.
-      if (take_next() || make_any(looks % kLooksAtAll == 0 ? count_ : next_ + 1)) {
+      if (take_next() || make_any(looks % 10 == 0 ? count_ : next_ + 1)) {
         looks = 0;
         continue;
       }
@@ -241,7 +236,7 @@ std::optional<std::vector<std::byte>> ShareFolder::read_piece(const std::string&
       // A damaged size may be anything.
       while (whole && bytes.size() < size) {
         const std::size_t before = bytes.size();
-        bytes.resize(before + std::min<std::uint64_t>(size - before, kReadAtOnce));
+        bytes.resize(before + std::min<std::uint64_t>(size - before, std::uint64_t{1} << 24));
         whole = packed.read(std::span(bytes).subspan(before));
       }
       if (whole && packed.at_end()) return bytes;
