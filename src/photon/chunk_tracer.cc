@@ -10,13 +10,6 @@ namespace glowworm {
 
 namespace {
 
-/// Whether a photon that a medium emits starts where surfaces leave this medium out.
-bool is_outside_of_medium(const Tracer& tracer, const EmittedPhoton& photon) {
-  const MediumEmission* const emission = tracer.scene().medium_of_source(photon.light);
-  return emission && !is_black(photon.flux) &&
-         medium_at_start(tracer, photon.origin, photon.direction).index != emission->medium();
-}
-
 /// The bits of paths without a bounce. What media emit is never part of the caustic map: gather rays see it through
 /// mirrors and glass, too.
 std::uint8_t first_bounces(const Scene& scene, std::uint32_t light) {

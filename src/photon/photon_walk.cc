@@ -55,12 +55,11 @@ void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk
   for (;;) {
     MediumSample sample;
     float before = 0;  // largest flux before the piece
-    const bool arrives =
-        travel(tracer_, path, hit, RayOrder::incoherent, [&](const Medium* medium, float length) {
-          before = max_component(path.throughput);
-          sample = cross_piece(medium, path, length, sampler, chunk);
-          return !sample.scatters;
-        });
+    const bool arrives = travel(tracer_, path, hit, RayOrder::incoherent, [&](const Medium* medium, float length) {
+      before = max_component(path.throughput);
+      sample = cross_piece(medium, path, length, sampler, chunk);
+      return !sample.scatters;
+    });
     if (arrives || !scatter(path, sample.distance, before, bounce, sampler, chunk)) break;
     hit = tracer_.intersect(path.ray);
   }
@@ -103,8 +102,7 @@ MediumSample PhotonWalk::cross_piece(const Medium* medium, LightPath& path, floa
   const bool is_stored =
       pass_.choice == PhotonChoice::all && !is_straight_from_lamp(path.bounces) && !is_black(medium->sigma_s);
   const RGB after = before * sample.weight;
-  if (is_stored)
-    store(*medium, path, flown, sample.scatters ? after : RGB(0.0f), sampler.next1(), chunk);
+  if (is_stored) store(*medium, path, flown, sample.scatters ? after : RGB(0.0f), sampler.next1(), chunk);
   // What scatters has arrived, with all of its flux.
   add(chunk.balance.arrived, sample.scatters ? before : before - after);
   path.throughput = after;
@@ -124,8 +122,7 @@ void PhotonWalk::store(const Medium& medium, const LightPath& path, float length
   if (is_black(scattered)) return;
   const Vec3 end = ray.origin + ray.direction * length;
   const float of_photon = share_kept(path, medium, end);
-  if (u < of_photon)
-    chunk.in_media.push_back(end, ray.direction, scattered / of_photon, path.medium.index, path.light);
+  if (u < of_photon) chunk.in_media.push_back(end, ray.direction, scattered / of_photon, path.medium.index, path.light);
 }
 
 /// The share of photons of a path that are kept at a place in a medium: such that all matter as much.

@@ -36,4 +36,10 @@ StartMedia::StartMedia(const Tracer& tracer) {
   }
 }
 
+bool is_outside_of_medium(const Tracer& tracer, const EmittedPhoton& photon) {
+  const MediumEmission* const emission = tracer.scene().medium_of_source(photon.light);
+  return emission && !is_black(photon.flux) &&
+         medium_at_start(tracer, photon.origin, photon.direction).index != emission->medium();
+}
+
 }  // namespace glowworm

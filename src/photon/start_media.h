@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "scene/light_sampling.h"
 #include "transport/medium.h"
 
 namespace glowworm {
@@ -24,5 +25,8 @@ class StartMedia {
   std::vector<MediumSides> sides_;  // of emissive triangles and lights; empty in scenes without media
   PathMedium at_infinity_;
 };
+
+/// Whether a photon that a medium emits starts where surfaces leave this medium out.
+bool is_outside_of_medium(const Tracer& tracer, const EmittedPhoton& photon);
 
 }  // namespace glowworm
