@@ -4,8 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/parallel.h"
-#include "core/part_queue.h"
+#include "core/make_parts.h"
 #include "core/random.h"
 #include "gather/final_gather.h"
 #include "maps/image_light.h"
@@ -312,18 +311,15 @@ class PathPass {
   void trace(const CameraTask& task, std::size_t first_slot, std::size_t first, std::size_t last) {
     found_.clear();
     const std::size_t chunks = (last - first + kSamplesPerChunk - 1) / kSamplesPerChunk;
-    PartQueue<Lookups> queue(chunks, [&](const Lookups& lookups) { found_.append(lookups); });
-    parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
-      const std::size_t chunk = queue.take(), begin = first + chunk * kSamplesPerChunk;
-      const std::size_t end = std::min(begin + kSamplesPerChunk, last);
-      std::unique_ptr<Lookups> lookups = queue.borrow();
-      lookups->clear();
+    const auto make = [&](std::size_t chunk, Lookups& lookups) {
+      const std::size_t begin = first + chunk * kSamplesPerChunk, end = std::min(begin + kSamplesPerChunk, last);
+      lookups.clear();
       std::uint64_t shadow_rays = 0;
-      for (std::size_t i = begin; i < end; ++i) shadow_rays += trace_sample(task, first_slot, i, *lookups);
+      for (std::size_t i = begin; i < end; ++i) shadow_rays += trace_sample(task, first_slot, i, lookups);
       statistics_.add(Counter::camera_rays, end - begin);
       statistics_.add(Counter::occlusion_rays, shadow_rays);
-      queue.put(chunk, std::move(lookups));
-    });
+    };
+    make_parts<Lookups>(chunks, make, [&](const Lookups& lookups) { found_.append(lookups); });
   }
 
   /// Returns the number of shadow rays.

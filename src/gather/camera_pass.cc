@@ -1,13 +1,11 @@
 #include "gather/camera_pass.h"
 
 #include <limits>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
-#include "core/part_queue.h"
+#include "core/make_parts.h"
 #include "core/random.h"
 #include "gather/camera_rays.h"
 #include "gather/medium_walk.h"
@@ -381,20 +379,17 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
   }
   const std::vector<Block> blocks = blocks_of(tasks);
   if (settings.segments) settings.segments->clear();
-  PartQueue<BlockMemory> queue(blocks.size(), [&](const BlockMemory& block) {
-    join(block);
-    if (settings.segments) settings.segments->append(block.segments);
-  });
-  parallel_for(0, blocks.size(), 1, [&](std::size_t, std::size_t) {
-    const std::size_t next = queue.take();
-    const Block& block = blocks[next];
-    std::unique_ptr<BlockMemory> memory = queue.borrow();
+  const auto trace = [&](std::size_t number, BlockMemory& memory) {
+    const Block& block = blocks[number];
     BlockTracer block_tracer(tracer, camera, *block.task, block.first_slot, settings, as_queries, output.radiance,
-                             output.first_hit, *memory);
+                             output.first_hit, memory);
     block_tracer.trace(block.x, block.y);
     output.statistics.add(Counter::camera_rays, block_tracer.rays_traced());
     if (block_tracer.shadow_rays() > 0) output.statistics.add(Counter::occlusion_rays, block_tracer.shadow_rays());
-    queue.put(next, std::move(memory));
+  };
+  make_parts<BlockMemory>(blocks.size(), trace, [&](const BlockMemory& block) {
+    join(block);
+    if (settings.segments) settings.segments->append(block.segments);
   });
 }
 

@@ -1,11 +1,9 @@
 #include "gather/final_gather.h"
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
-#include "core/parallel.h"
-#include "core/part_queue.h"
+#include "core/make_parts.h"
 #include "core/random.h"
 #include "gather/gather_rays.h"
 #include "gather/medium_walk.h"
@@ -381,22 +379,19 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   queries.reserve((last - first) * (settings.rays + (settings.looks_at_patches() ? settings.patch_samples : 0)));
   const std::size_t per_chunk = points_of_chunk(settings.rays);
   const std::size_t chunks = (last - first + per_chunk - 1) / per_chunk;
-  PartQueue<ChunkMemory> queue(chunks, [&](const ChunkMemory& chunk) {
-    queries.append(chunk.queries);
-    if (caustic_queries) caustic_queries->append(chunk.caustic_queries);
-    if (found.segments) found.segments->append(chunk.segments);
-  });
-  parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
-    const std::size_t chunk = queue.take();
+  const auto gather = [&](std::size_t chunk, ChunkMemory& memory) {
     const std::size_t begin = first + chunk * per_chunk, end = std::min(begin + per_chunk, last);
-    std::unique_ptr<ChunkMemory> memory = queue.borrow();
-    memory->segments.clear();
-    ChunkGatherer gatherer(tracer, points, settings, radiance, memory->rays, memory->queries,
-                           caustic_queries ? &memory->caustic_queries : nullptr, memory->segments);
+    memory.segments.clear();
+    ChunkGatherer gatherer(tracer, points, settings, radiance, memory.rays, memory.queries,
+                           caustic_queries ? &memory.caustic_queries : nullptr, memory.segments);
     gatherer.gather(begin, end);
     statistics.add(Counter::gather_rays, gatherer.rays_traced);
     statistics.add(Counter::occlusion_rays, gatherer.shadow_rays());
-    queue.put(chunk, std::move(memory));
+  };
+  make_parts<ChunkMemory>(chunks, gather, [&](const ChunkMemory& chunk) {
+    queries.append(chunk.queries);
+    if (caustic_queries) caustic_queries->append(chunk.caustic_queries);
+    if (found.segments) found.segments->append(chunk.segments);
   });
 }
 

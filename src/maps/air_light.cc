@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/make_parts.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
-#include "core/part_queue.h"
 #include "core/pieces.h"
 #include "transport/medium.h"
 
@@ -84,22 +84,20 @@ class Lookup {
     for (std::vector<NearPhoton>& near : near_) near.clear();
     const std::size_t count = (light_.segments.size() + stride - 1) / stride;
     const std::size_t chunks = (count + kSegmentsPerChunk - 1) / kSegmentsPerChunk;
-    PartQueue<std::vector<Crossing>> queue(chunks, [&](const std::vector<Crossing>& found) {
-      for (const Crossing& crossing : found) near_[crossing.point].push_back(crossing.photon);
-    });
-    parallel_for(0, chunks, 1, [&](std::size_t, std::size_t) {
-      const std::size_t chunk = queue.take(), begin = chunk * kSegmentsPerChunk;
-      auto found = queue.borrow();
-      found->clear();
+    const auto find = [&](std::size_t chunk, std::vector<Crossing>& found) {
+      found.clear();
+      const std::size_t begin = chunk * kSegmentsPerChunk;
       for (std::size_t i = begin; i < std::min(begin + kSegmentsPerChunk, count); ++i) {
         const auto number = static_cast<std::uint32_t>(i * stride);
         const PhotonSegment& segment = light_.segments[number];
         tree.for_crossed(segment.origin, segment.direction, segment.length, [&](const DiscCrossing& c) {
-          found->push_back({c.disc, {c.radius_squared, c.distance, number}});
+          found.push_back({c.disc, {c.radius_squared, c.distance, number}});
           return true;
         });
       }
-      queue.put(chunk, std::move(found));
+    };
+    make_parts<std::vector<Crossing>>(chunks, find, [&](const std::vector<Crossing>& found) {
+      for (const Crossing& crossing : found) near_[crossing.point].push_back(crossing.photon);
     });
   }
 

@@ -4,14 +4,13 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "core/archive.h"
+#include "core/make_parts.h"
 #include "core/parallel.h"
-#include "core/part_queue.h"
 #include "photon/chunk_tracer.h"
 #include "photon/kept_paths.h"
 #include "photon/material_lobes.h"
@@ -67,13 +66,10 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
 /// Traces chunks [first, end) of a pass. Chunks are joined in order while others are being traced.
 void trace_chunks(const ChunkTracer& chunk_tracer, std::uint64_t first, std::uint64_t end,
                   const std::function<void(const PhotonChunk&)>& join) {
-  PartQueue<PhotonChunk> queue(end - first, join);
-  parallel_for(0, end - first, 1, [&](std::size_t, std::size_t) {
-    const std::size_t number = queue.take();
-    std::unique_ptr<PhotonChunk> chunk = queue.borrow();
-    chunk_tracer.trace((first + number) * kPathsPerChunk, kPathsPerChunk, *chunk);
-    queue.put(number, std::move(chunk));
-  });
+  const auto trace = [&](std::size_t number, PhotonChunk& chunk) {
+    chunk_tracer.trace((first + number) * kPathsPerChunk, kPathsPerChunk, chunk);
+  };
+  make_parts<PhotonChunk>(end - first, trace, join);
 }
 
 /// Adds chunks [first, end) to a pass, divided with other processes.
