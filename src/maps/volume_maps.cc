@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "maps/medium_parts.h"
+#include "maps/volume_blur.h"
 #include "points/photon_batch.h"
 
 namespace glowworm {
@@ -102,7 +103,9 @@ void sign_at_random(std::uint32_t seed, const FewPhotons& few, LargeVector<RGB>&
 class VolumeMapsBuilder {
  public:
   VolumeMapsBuilder(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs) : inputs_(inputs) {
-    const PhotonKernels kernels = volume_photon_kernels(photons.points, inputs.nearest);
+    PhotonKernels kernels = volume_photon_kernels(photons.points, inputs.nearest);
+    const std::vector<float> factors = best_radius_factors(tracer, photons, kernels);
+    for (std::size_t i = 0; i < kernels.size(); ++i) kernels.radii[i] *= factors[photons.points.medium[i]];
     const std::vector<bool> beams_of = choose_beams(tracer.scene(), photons.points);
     const auto points = of_media(photons.points.medium, [&](std::uint32_t m) { return !beams_of[m]; });
     points_ = photons.points.permuted(points);
