@@ -14,7 +14,7 @@ namespace glowworm {
 namespace {
 
 /// Beams along which a medium is measured, and points that they meet.
-constexpr std::size_t kMostLines = 256, kMostPoints = 65'536;
+constexpr std::size_t kMostBeams = 256, kMostPoints = 65'536;
 /// The factor whose blur is measured, and the limit of those that are chosen.
 constexpr float kWider = 2;
 /// Where radii are wide beside the free path, light at the borders of a medium is blurred to places from which more of
@@ -46,7 +46,7 @@ struct LineLight {
 
 /// The kernel of a point at a line in units of its radius squared; `u` and `folded` are square distances in these, of
 /// the point and of its mirror image across a wall.
-double kernel(double u, double folded) { return std::max(1 - u, 0.0) + std::max(1 - folded, 0.0); }
+double folded_kernel(double u, double folded) { return std::max(1 - u, 0.0) + std::max(1 - folded, 0.0); }
 
 /// Sums the points along a beam, but for those at its ends, which the beam itself leads to.
 LineLight light_along(const VolumeBeams& beams, std::uint32_t beam, float g, const VolumePhotons& points,
@@ -68,8 +68,8 @@ LineLight light_along(const VolumeBeams& beams, std::uint32_t beam, float g, con
     const double per_own = 1 / (double{kernels.radii[i]} * kernels.radii[i]), per_wide = 1 / (double{wide} * wide);
     const double flux =
         double{luminance(points.flux[i])} * double{henyey_greenstein(-dot(direction, points.direction[i]), g)};
-    const double of_own = flux * per_own * kernel(squared * per_own, (squared + further) * per_own);
-    const double of_wide = flux * per_wide * kernel(squared * per_wide, (squared + further) * per_wide);
+    const double of_own = flux * per_own * folded_kernel(squared * per_own, (squared + further) * per_own);
+    const double of_wide = flux * per_wide * folded_kernel(squared * per_wide, (squared + further) * per_wide);
     out.own += of_own;
     out.wide += of_wide;
     out.noise += of_wide * of_wide;
@@ -114,7 +114,7 @@ std::vector<float> best_radius_factors(const Tracer& tracer, const MediaPhotons&
   const std::span<const Medium> media = tracer.scene().media();
   std::vector<float> out(media.size(), 1.0f);
   for (std::uint32_t m = 0; m < media.size(); ++m) {
-    const std::vector<std::uint32_t> lines = some_of(photons.beams.medium, m, kMostLines),
+    const std::vector<std::uint32_t> lines = some_of(photons.beams.medium, m, kMostBeams),
                                      some = some_of(photons.points.medium, m, kMostPoints);
     if (some.empty() || lines.empty()) continue;
     VolumePhotons points = photons.points.permuted(some);
