@@ -21,17 +21,29 @@ void KeptPaths::begin(const Tracer& tracer, const PhotonPassSettings& s, Guides 
   if (!changed) clear();
   changed_ = changed ? BoxTree(std::move(*changed)) : BoxTree();
   pass_ = std::move(pass);
-  moment_.emplace(tracer.scene());
   kept_photons_ = 0;
   ++number_;
   most_bytes_ = most_bytes;
+  keep_moment(tracer.scene());
+}
+
+void KeptPaths::keep_moment(const Scene& scene) {
+  bytes_ -= std::exchange(moment_bytes_, 0);
+  moment_.emplace(scene);
+  if (bytes_ + moment_->bytes() > most_bytes_) chunks_.clear(), bytes_ = 0;
+  if (take_room(moment_->bytes())) {
+    moment_bytes_ = moment_->bytes();
+  } else {
+    moment_.reset();
+    most_bytes_ = 0;
+  }
 }
 
 void KeptPaths::clear() {
   chunks_.clear();
   pass_.reset();
   moment_.reset();
-  bytes_ = 0;
+  bytes_ = moment_bytes_ = 0;
 }
 
 KeptChunk& KeptPaths::chunk(std::uint64_t number) {

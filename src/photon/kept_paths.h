@@ -60,7 +60,8 @@ class KeptPaths {
   /// Makes what is kept of the moment before available to a pass. It must be one of PhotonChoice::all without discs,
   /// and all in this process, by a tracer with TieRule::number.
   /// @param guides what the pass's guide and importance belong to, kept so that no other has their addresses
-  /// @param most_bytes that paths may take; those for which there is no room are traced again each time
+  /// @param most_bytes that paths and the geometry of their moment may take; paths for which there is no room are
+  /// traced again each time
   void begin(const Tracer& tracer, const PhotonPassSettings& pass, Guides guides, std::uint64_t most_bytes);
   /// Forgets everything.
   void clear();
@@ -89,6 +90,8 @@ class KeptPaths {
     bool operator==(const Pass&) const = default;
   };
 
+  /// Notes the moment that paths are of, if there is room for its geometry; else none are kept.
+  void keep_moment(const Scene& scene);
   /// Whether there is room for so many more bytes, which are then taken.
   bool take_room(std::uint64_t bytes);
   /// Whether the parts of a path meet no place that changed.
@@ -101,7 +104,7 @@ class KeptPaths {
   std::mutex mutex_;
   std::vector<std::unique_ptr<KeptChunk>> chunks_;
   std::atomic<std::uint64_t> bytes_ = 0, kept_photons_ = 0;
-  std::uint64_t most_bytes_ = 0;
+  std::uint64_t most_bytes_ = 0, moment_bytes_ = 0;
 };
 
 }  // namespace glowworm

@@ -99,6 +99,24 @@ std::vector<Box3> few_boxes(const std::vector<Box3>& boxes) {
 
 }  // namespace
 
+namespace {
+
+template <typename T>
+std::uint64_t array_bytes(const std::vector<T>& array) {
+  return array.capacity() * sizeof(T);
+}
+
+std::uint64_t geometry_bytes(const Geometry& g) {
+  std::uint64_t bytes = array_bytes(g.positions) + array_bytes(g.normals) + array_bytes(g.uvs) +
+                        array_bytes(g.second_uvs) + array_bytes(g.colors) + array_bytes(g.triangles) +
+                        array_bytes(g.material) + array_bytes(g.emission) + array_bytes(g.objects) +
+                        array_bytes(g.instances) + array_bytes(g.instance_objects);
+  for (const std::shared_ptr<const Geometry>& mesh : g.meshes) bytes += geometry_bytes(*mesh);
+  return bytes;
+}
+
+}  // namespace
+
 SceneMoment::SceneMoment(const Scene& scene) : geometry_(scene.shared_geometry()), look_(hash_look(scene)) {
   for (const TextureNode& node : scene.textures()) images_.push_back(node.image);
 }
@@ -134,5 +152,7 @@ std::optional<std::vector<Box3>> SceneMoment::places_changed_in(const Scene& oth
   }
   return out;
 }
+
+std::uint64_t SceneMoment::bytes() const { return geometry_bytes(*geometry_); }
 
 }  // namespace glowworm

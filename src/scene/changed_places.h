@@ -23,6 +23,9 @@ class SceneMoment {
   /// differ: objects, instances, materials, textures or media are other ones.
   std::optional<std::vector<Box3>> places_changed_in(const Scene& other) const;
 
+  /// Of its geometry, which outlives the scene; meshes of instances count as if no other moment shared them.
+  std::uint64_t bytes() const;
+
  private:
   std::shared_ptr<const Geometry> geometry_;
   std::vector<std::shared_ptr<const TextureImage>> images_;

@@ -101,6 +101,22 @@ TEST(KeptPaths, AllStayWhereNothingMoves) {
   EXPECT_EQ(expect_bits_of_fresh_photons(with_board("cornell", 1), kept), 1);
 }
 
+TEST(KeptPaths, TheGeometryOfTheMomentBeforeCountsAsMemory) {
+  const Scene scene = with_board("cornell", 1);
+  const std::uint64_t geometry = SceneMoment(scene).bytes();
+  EXPECT_GT(geometry, scene.geometry().triangles.size() * (3 + 1 + 1) * 4);
+  KeptPaths kept;
+  shoot_at(scene, &kept);
+  EXPECT_GT(kept.bytes(), geometry);
+  const std::uint64_t all = kept.bytes();
+  shoot_at(scene, &kept, geometry - 1);
+  EXPECT_EQ(kept.bytes(), 0u) << "no room";
+  shoot_at(scene, &kept, (geometry + all) / 2);
+  EXPECT_GT(kept.bytes(), geometry);
+  EXPECT_LE(kept.bytes(), (geometry + all) / 2);
+  expect_bits_of_fresh_photons(with_board("cornell", 2), kept);
+}
+
 TEST(KeptPaths, NoneStaysWhereABoardChangesItsMaterialOrMore) {
   SceneDescription d = builtin_scene("cornell");
   KeptPaths kept;
