@@ -24,21 +24,20 @@ RigLightKind rig_kind(LightKind kind) {
                                                                    : RigLightKind::directional;
 }
 
-/// Emissions in the order of their first triangle.
+/// Emissions in the order of their first triangle, those that are black now, too: they count where names repeat.
 std::vector<RigLight> area_lights(const Scene& scene) {
   const Geometry& g = scene.geometry();
   std::vector<RigLight> lights;
   std::map<std::uint32_t, std::size_t> place;
-  for (const std::uint32_t triangle : scene.emissive_triangles()) {
-    const auto [entry, is_new] = place.try_emplace(g.emission[triangle], lights.size());
-    if (is_new) {
-      RigLight& light = lights.emplace_back();
-      light.index = g.emission[triangle];
-      light.name = scene.emissions()[light.index].name;
-      if (light.name.empty()) light.name = "area light";
-    }
-    lights[entry->second].triangles.push_back(triangle);
+  for (std::uint32_t triangle = 0; triangle < g.emission.size(); ++triangle) {
+    if (g.emission[triangle] == kNone || !place.try_emplace(g.emission[triangle], lights.size()).second) continue;
+    RigLight& light = lights.emplace_back();
+    light.index = g.emission[triangle];
+    light.name = scene.emissions()[light.index].name;
+    if (light.name.empty()) light.name = "area light";
   }
+  for (const std::uint32_t triangle : scene.emissive_triangles())
+    lights[place.at(g.emission[triangle])].triangles.push_back(triangle);
   for (RigLight& light : lights) {
     Box3 box;
     for (const std::uint32_t triangle : light.triangles)
@@ -74,6 +73,7 @@ LightRig::LightRig(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)
   std::vector<std::string> names = names_of(lights_);
   number_repeated(names);
   for (std::size_t i = 0; i < lights_.size(); ++i) lights_[i].name = names[i];
+  std::erase_if(lights_, [](const RigLight& l) { return l.kind == RigLightKind::area && l.triangles.empty(); });
 }
 
 std::size_t LightRig::find(const std::string& name) const {

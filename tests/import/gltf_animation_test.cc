@@ -5,6 +5,7 @@
 
 #include "gltf_file.h"
 #include "import/gltf/animation.h"
+#include "scene/light_rig.h"
 
 namespace glowworm {
 namespace {
@@ -192,6 +193,21 @@ class GltfPointerTest : public GltfTest {
   }
   GltfFile file_;
 };
+
+TEST_F(GltfPointerTest, LampsOfOneNameKeepTheirNumbersWhereOneIsBlack) {
+  file_.json["materials"][0]["name"] = "lamp";
+  file_.add_shown_triangle({{"name", "lamp"}, {"emissiveFactor", {0, 1, 0}}});
+  move("/materials/0/emissiveFactor", {1, 0, 0, 0, 0, 0}, "VEC3");
+  const auto names_at = [&](double seconds) {
+    std::vector<std::string> names;
+    const LightRig rig(std::make_shared<const Scene>(at(seconds)));
+    for (const RigLight& light : rig.lights())
+      if (light.kind == RigLightKind::area) names.push_back(light.name);
+    return names;
+  };
+  EXPECT_EQ(names_at(0), (std::vector<std::string>{"lamp 1", "lamp 2"}));
+  EXPECT_EQ(names_at(2), (std::vector<std::string>{"lamp 2"}));
+}
 
 TEST_F(GltfPointerTest, EmissionAndLightsChange) {
   move("/materials/0/emissiveFactor", {0, 1, 0, 0, 0, 1}, "VEC3");

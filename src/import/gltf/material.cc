@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -313,6 +314,19 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
     material.dispersion = std::max(0.0f, number_member(*dispersion, "dispersion", 0));
 }
 
+namespace {
+
+/// Whether an animation moves what a material emits: then it is a lamp at moments when it is black, too, so that lamps
+/// have the same names at all moments.
+bool moves_emission(const GltfDocument& document, const tinygltf::Material& material) {
+  const std::string of_material = fmt::format("/materials/{}/", &material - document.model->materials.data());
+  return std::any_of(document.pointers.begin(), document.pointers.end(), [&](const GltfPointer& pointer) {
+    return pointer.property.starts_with(of_material) && pointer.property.find("emissive") != std::string::npos;
+  });
+}
+
+}  // namespace
+
 std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Material& material) {
   Emission emission;
   emission.name = material.name;
@@ -332,7 +346,7 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
     material.normal_map = {};
   }
   emission.radiance.value = emission.radiance.value / document_.light_units.radiance;
-  if (is_black(emission.radiance.value)) return kNone;
+  if (is_black(emission.radiance.value) && !moves_emission(document_, source)) return kNone;
   description_.emissions.push_back(std::move(emission));
   return static_cast<std::uint32_t>(description_.emissions.size() - 1);
 }
