@@ -234,7 +234,8 @@ std::string reason_against_blur(const RenderOptions& o, bool has_ranks) {
   const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0;
   if (open_ended && (o.resumes || !(o.settings.part.is_all() || o.sequence.is_given())))
     return "--time and --noise find the number of samples by tries, so they do not go with --resume or --part";
-  if (has_ranks && !o.sequence.is_given()) return "ranks divide the frames of a sequence, but not one picture";
+  if (has_ranks && !o.sequence.is_given())
+    return "ranks divide the frames of a sequence, but not one picture; --part I/N and 'glowworm merge' do";
   return "";
 }
 

@@ -10,6 +10,7 @@
 
 #include "control/path_tracer.h"
 #include "control/scheduler.h"
+#include "core/content_hash.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
@@ -23,6 +24,13 @@
 namespace glowworm {
 
 namespace {
+
+/// JobGuides::first_moment of a job that learns.
+std::string hash_of_moment(const RenderKey& key) {
+  ContentHash hash;
+  hash.add(std::string_view(key_text(key_of_photons(key))));
+  return fmt::format("{:016x}", hash.value());
+}
 
 /// Share of the rows of a picture that show what it takes to finish it, and the fewest of them.
 constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
@@ -228,7 +236,11 @@ std::uint64_t Job::samples_not_finite() const {
 
 RenderKey Job::key() const {
   const std::lock_guard lock(key_mutex_);
-  if (!key_) key_ = render_key(*scene_, settings(), points_.get());
+  if (!key_) {
+    key_ = render_key(*scene_, settings(), points_.get());
+    const std::string& first = made_->first_moment;
+    if (!first.empty() && first != hash_of_moment(*key_)) key_->push_back({"first moment", first});
+  }
   return *key_;
 }
 
@@ -373,6 +385,7 @@ void Job::render_passes() {
   if (settings_.integrator != Integrator::path && first_pass == 0 && owns_maps_ && alone) fit_to_time();
   if (settings_.only_maps) {
     prepare(first_pass);
+    made_->first_moment = hash_of_moment(key());
     ending_ = Ending::samples_done;
     return;
   }

@@ -51,6 +51,9 @@ struct JobGuides {
   std::optional<ChosenNumbers> numbers;  ///< of all frames of a sequence, once its first has chosen them
   /// Job::photon_variance() of all frames of a sequence, or of all slices of time of a picture, once it is measured.
   std::optional<double> photon_variance;
+  /// Hash of the moment of a sequence that all of this comes from, whatever moment is rendered; "": not yet known. It
+  /// is part of Job::key(), since the same moment after another first one has other photons.
+  std::string first_moment;
 };
 
 /// The photons of a render, what guides them and the gather rays, and samples.

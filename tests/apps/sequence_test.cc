@@ -155,6 +155,27 @@ TEST_F(SequenceTest, FramesKeepPhotonsOfPathsThatMeetNothingThatMoves) {
   }
 }
 
+/// The same moment after another first one has other guides, and so other photons.
+TEST_F(SequenceTest, ProcessesShareNoPhotonsOfAnotherFirstMoment) {
+  write_moving_room("room.gltf", true);
+  const auto keys_after = [&](const std::string& name) {
+    const Outcome outcome =
+        render("room.gltf", {"--frames", "2", "--fps", "2", "--share", path("shared"), "-o", name + "#.exr"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return std::distance(fs::directory_iterator(path("shared")), fs::directory_iterator());
+  };
+  // One of the first moment, and one of the frame.
+  EXPECT_EQ(keys_after("a"), 2);
+  EXPECT_EQ(keys_after("again"), 2);
+  // The translations are the keys of the lamp; frame 2 shows the second.
+  std::fstream keys(path("room.bin"), std::ios::in | std::ios::out | std::ios::binary);
+  const float other[3] = {0.3f, 0.2f, -0.3f};
+  keys.seekp(56);
+  keys.write(reinterpret_cast<const char*>(other), sizeof other);
+  keys.close();
+  EXPECT_EQ(keys_after("b"), 4);
+}
+
 TEST_F(SequenceTest, FramesOfAWalkTracePhotonsOnce) {
   ASSERT_EQ(frames("a", {"--turntable", "2", "--stats", "s#.json"}).status, 0);
   EXPECT_GT(read_json("s0.json")["count"]["photons_emitted"], 0);
