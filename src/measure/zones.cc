@@ -26,14 +26,17 @@ constexpr float kEyeHeight = 1.2f, kFloorReach = 1.5f;  // m
 /// The greatest spacing of a grid by EN 12464-1, m. @param side the longer one, m
 double standard_spacing(double side) { return std::min(0.2 * std::pow(5.0, std::log10(side)), 10.0); }
 
-/// Height of the floor below a place, or infinity.
+/// Height of the floor below a place, or infinity: of the lowest surface that faces up, or of a sheet that faces down.
 float floor_below(const Tracer& tracer, Vec3 place) {
   float found = std::numeric_limits<float>::infinity();
+  int inside = 0;  // solids that the ray has entered from above
   Ray ray{place, 0, {0, -1, 0}, kFloorReach};
   for (;;) {
     const Hit hit = tracer.intersect(ray);
     if (hit.triangle == kNone) return found;
-    if (tracer.scene().diffuse_triangle(hit.triangle).normal.y > 0.5f) found = place.y - hit.distance;
+    const float up = tracer.scene().diffuse_triangle(hit.triangle).normal.y;
+    if (up > 0.5f || (up < -0.5f && inside == 0)) found = place.y - hit.distance;
+    if (std::abs(up) > 0.5f) inside = up > 0 ? inside + 1 : std::max(inside - 1, 0);
     ray.t_min = std::nextafter(hit.distance + 2 * tracer.scene().diffuse_triangle(hit.triangle).offset(), HUGE_VALF);
     if (!(ray.t_min < ray.t_max)) return found;
   }

@@ -100,6 +100,24 @@ TEST(Zones, HaveTheGridOfTheStandard) {
     EXPECT_THROW(add_zone(bad, tracer, sensors, 1000), Error) << bad;
 }
 
+/// Files wind floors either way; the undersides of slabs are none.
+TEST(Zones, EyesAreAboveFloorsThatFaceDownAndAboveSlabs) {
+  for (const bool slab : {false, true}) {
+    SceneDescription d;
+    d.materials.emplace_back();
+    if (slab) add_quad(d, {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+    add_quad(d, {-2, slab ? -0.3f : 0.0f, -2}, {4, 0, 0}, {0, 0, 4});
+    // A table top of 4 cm below the zone.
+    add_quad(d, {-1, 0.74f, -1}, {0, 0, 2}, {2, 0, 0});
+    add_quad(d, {-1, 0.7f, -1}, {2, 0, 0}, {0, 0, 2});
+    const Scene scene(d);
+    const Tracer tracer(scene);
+    Sensors sensors;
+    const Zone desk = add_zone("desk=-0.5,0.8,-0.5,0.5,0.8,0.5", tracer, sensors, 10'000);
+    EXPECT_NEAR(sensors.position[desk.first_eye].y, 1.2, 1e-5) << slab;
+  }
+}
+
 TEST(LampGlare, IsThatOfTheFormulaForOnePanel) {
   const Scene scene(room());
   const Tracer tracer(scene);
