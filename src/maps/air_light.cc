@@ -190,6 +190,10 @@ float most_air_radius(const Scene& scene, std::uint64_t photons, std::uint32_t n
              std::sqrt(static_cast<double>(nearest) / static_cast<double>(std::max<std::uint64_t>(photons, 1))));
 }
 
+double even_air_photons(std::size_t discs, std::uint32_t nearest) {
+  return double{kMostOfEven} * kMostOfEven * nearest * static_cast<double>(discs);
+}
+
 void add_air_light(const Tracer& tracer, const AirLight& light, std::span<const AirPoint> points,
                    SlotRadiance& radiance, std::vector<RGB>& part, Statistics& statistics) {
   if (light.segments.empty()) return;

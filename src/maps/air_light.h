@@ -39,6 +39,9 @@ struct AirLight {
 /// The largest radius of a lookup: four times the one that holds `nearest` of photons that cross the scene evenly.
 float most_air_radius(const Scene& scene, std::uint64_t photons, std::uint32_t nearest);
 
+/// Photons that cross discs of that radius, if photons cross the scene evenly and no discs overlap.
+double even_air_photons(std::size_t discs, std::uint32_t nearest);
+
 /// Adds to `part` of the radiance the irradiance at the points, W m^-2. A photon counts where it crosses the plane of a
 /// point from the front, and nothing is between the crossing and the point; an estimate compensates for the part of its
 /// disc that the point does not see. Runs on all threads; counts occlusion_rays. The light of a point does not depend

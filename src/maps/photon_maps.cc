@@ -51,7 +51,8 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget
 
 /// Photons in an estimate from a caustic map, which grows by this factor with the number of its photons.
 std::uint32_t caustic_estimate(std::uint32_t nearest, double growth) {
-  const double photons = std::min(kCausticNearest * growth, kMostCausticNearest) * nearest;
+  // Blur and noise shrink together if radii shrink with the sixth root of the number of photons.
+  const double photons = std::min(kCausticNearest * std::pow(growth, 2.0 / 3.0), kMostCausticNearest) * nearest;
   return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(photons)));
 }
 
@@ -226,6 +227,10 @@ void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statis
     Statistics not_of_the_map;
     air_.segments = trace_chosen(tracer, settings_.air_choice, &discs, not_of_the_map).segments;
   }
+  // A guide may bring more photons to the points.
+  const double growth =
+      static_cast<double>(air_.segments.size()) / even_air_photons(discs.discs().size(), air_.nearest);
+  air_.nearest = caustic_estimate(settings_.nearest, std::max(growth, 1.0));
 }
 
 /// Traces a pass of chosen photons, guided by pilot paths.
@@ -293,10 +298,8 @@ void PhotonMaps::bring_up_media(const MapWork& work) {
 
 /// Photons in an estimate from the caustic map.
 std::uint32_t PhotonMaps::caustic_nearest() const {
-  // Blur and noise shrink together if radii shrink with the sixth root of the number of photons.
-  const auto growth =
-      static_cast<double>(caustic_.count()) / static_cast<double>(std::max<std::size_t>(first_caustic_, 1));
-  return caustic_estimate(settings_.nearest, std::pow(growth, 2.0 / 3.0));
+  return caustic_estimate(settings_.nearest, static_cast<double>(caustic_.count()) /
+                                                 static_cast<double>(std::max<std::size_t>(first_caustic_, 1)));
 }
 
 /// Paths to emit for the caustic map alone.

@@ -65,6 +65,38 @@ Place in_well(int along) {
   return out;
 }
 
+/// A lamp and its image in a mirror: a guide sends nearly all photons past one sensor.
+TEST(SensorPlan, SendsFewPhotonsPastASensorByAMirror) {
+  SceneDescription d;
+  d.materials.resize(1);
+  d.materials[0].kind = MaterialKind::conductor;
+  d.materials[0].use_reflectance = true;
+  d.materials[0].reflectance.value = RGB(1.0f);
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0);
+  Light lamp;
+  lamp.position = {-0.5f, 0, 1};
+  lamp.intensity = RGB(3.0f);
+  d.lights.push_back(lamp);
+  Place place(std::move(d), "z=0,2");
+  place.sensors = {};
+  place.sensors.add({0.5f, 0, 1}, {0, 0, -1});
+  place.grid = std::make_shared<const PointGrid>(sensor_grid(place.sensors, false));
+  const SensorPlan plan = place.plan();
+  EXPECT_THAT(plan.reason, HasSubstr("photons"));
+  EXPECT_EQ(plan.settings.photons, 100'000u);
+  const double expected = 3 * (2 / std::sqrt(5.0)) / 5;  // the image is 1 m away across, and 2 m in height
+  constexpr std::uint32_t kSeeds = 4;
+  double squares = 0;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    RenderSettings settings = plan.settings;
+    settings.seed = seed;
+    const Measurement found = place.measure(settings);
+    EXPECT_NEAR(found.irradiance[0].g, expected, 0.02 * expected);
+    squares += std::pow(found.relative_error[0], 2);
+  }
+  EXPECT_LT(std::sqrt(squares / kSeeds), 0.003);
+}
+
 TEST(SensorPlan, TracesPathsWhereTheyAreCheap) {
   const SensorPlan plan = box().plan();
   EXPECT_EQ(plan.settings.integrator, Integrator::path);
