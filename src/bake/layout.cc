@@ -288,7 +288,7 @@ std::uint64_t texel_table_bytes(std::uint64_t points, std::uint64_t memory_bytes
 bool is_bakeable(const Scene& scene, std::uint32_t material) {
   const Material& m = scene.materials()[material];
   const float alpha = std::max(m.roughness_u.value, m.roughness_v.value);
-  const bool rough = alpha >= kSharpAlpha || m.roughness_u.texture != kNone;
+  const bool rough = alpha >= kSpecularAlpha || m.roughness_u.texture != kNone;
   switch (m.kind) {
     case MaterialKind::diffuse:
     case MaterialKind::coated_diffuse:

@@ -171,7 +171,7 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
   out.wi = mirrored(wi, view.inside);
   out.lobe = c.lobe;
   out.delta = is_delta(c.shape);
-  out.straight = c.shape == Shape::straight;
+  out.is_null = c.shape == Shape::straight;
   if (out.delta) {
     out.pdf = c.probability;
     out.weight = c.albedo / c.probability;
@@ -211,7 +211,7 @@ RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
 }
 
 RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo) {
-  return sum_of_albedos(view_of(bsdf, wo, kSharp), [](const Component& c) { return c.shape == Shape::straight; });
+  return sum_of_albedos(view_of(bsdf, wo, kSpecular), [](const Component& c) { return c.shape == Shape::straight; });
 }
 
 }  // namespace glowworm

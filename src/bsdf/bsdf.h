@@ -14,21 +14,21 @@ namespace glowworm {
 
 class MeasuredBsdf;
 
-/// Sets of lobes, as bits. "Sharp" lobes are too narrow for density estimation and gathering: perfectly smooth
-/// surfaces, and rough ones with a GGX alpha under kSharpAlpha; paths continue through them. Photon maps are looked up
-/// for the broad lobes.
+/// Sets of lobes, as bits. "Specular" lobes are too narrow for density estimation and gathering: perfectly smooth
+/// surfaces, and rough ones with a GGX alpha under kSpecularAlpha; paths continue through them. Photon maps are looked
+/// up for the broad lobes.
 using Lobes = std::uint8_t;
 inline constexpr Lobes kDiffuseReflection = 1;
 inline constexpr Lobes kDiffuseTransmission = 2;
-inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSharpAlpha, or reflection by a matrix
-/// Smooth, or GGX with alpha < kSharpAlpha; and all lobes that transmit through their facets, however rough: photons
+inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSpecularAlpha, or reflection by a matrix
+/// Smooth, or GGX with alpha < kSpecularAlpha; and all lobes that transmit through their facets, however rough: photons
 /// are compared by the side of arrival, so an estimate on one side of glass cannot count photons of the other.
-inline constexpr Lobes kSharp = 8;
+inline constexpr Lobes kSpecular = 8;
 inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
-inline constexpr Lobes kAllLobes = kBroad | kSharp;
+inline constexpr Lobes kAllLobes = kBroad | kSpecular;
 
-/// GGX alpha below which a lobe counts as sharp.
-inline constexpr float kSharpAlpha = 0.08f;
+/// GGX alpha below which a lobe counts as specular.
+inline constexpr float kSpecularAlpha = 0.08f;
 /// GGX alpha below which a lobe is treated as perfectly smooth (a Dirac delta).
 inline constexpr float kSmoothAlpha = 1e-3f;
 
@@ -118,8 +118,8 @@ struct BsdfSample {
   float pdf = 0;   ///< per steradian, of all given lobes; for a delta, the probability of choosing it
   Lobes lobe = 0;  ///< the chosen lobe: one bit
   bool delta = false;
-  bool straight = false;  ///< wi is -wo: passed through a pane
-  bool valid = false;     ///< false if nothing is scattered: the path ends
+  bool is_null = false;  ///< wi is -wo: passed through a pane
+  bool valid = false;    ///< false if nothing is scattered: the path ends
 };
 
 /// Samples a direction in approximate proportion to the BSDF times the cosine.

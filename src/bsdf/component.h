@@ -71,7 +71,7 @@ struct Components {
 
 /// The lobe of a GGX reflection or refraction.
 inline Lobes lobe_of_alpha(float alpha_x, float alpha_y) {
-  return alpha_x * alpha_y < kSharpAlpha * kSharpAlpha ? kSharp : kGlossy;
+  return alpha_x * alpha_y < kSpecularAlpha * kSpecularAlpha ? kSpecular : kGlossy;
 }
 inline bool is_smooth(float alpha_x, float alpha_y) { return std::max(alpha_x, alpha_y) < kSmoothAlpha; }
 /// The alpha of an isotropic broad lobe; 0 for others.

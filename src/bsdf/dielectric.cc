@@ -39,7 +39,7 @@ struct MultipleGlass {
 void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<RGB> out) {
   const Bsdf& bsdf = view.bsdf;
   const Vec3 wo = view.wo;
-  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & kSharp)) return fill_black(out);
+  if (is_smooth(bsdf.alpha_x, bsdf.alpha_y) || !(view.lobes & kSpecular)) return fill_black(out);
   const Microfacet m = rough(bsdf.alpha_x, bsdf.alpha_y);
   const float eta = relative_eta(bsdf, view.inside);
   const MultipleGlass multiple(bsdf, eta);
@@ -60,7 +60,7 @@ void evaluate_dielectric(const View& view, std::span<const Vec3> wi, std::span<R
 void dielectric_components(const View& view, Components& out) {
   const Bsdf& bsdf = view.bsdf;
   Component c;
-  c.lobe = kSharp;
+  c.lobe = kSpecular;
   c.eta = relative_eta(bsdf, view.inside);
   if (is_smooth(bsdf.alpha_x, bsdf.alpha_y)) {
     const float f = fresnel_dielectric(view.wo.z, c.eta);
@@ -117,7 +117,7 @@ void thin_dielectric_components(const View& view, Components& out) {
     }
   }
   Component c;
-  c.lobe = kSharp;
+  c.lobe = kSpecular;
   c.shape = Shape::mirror;
   c.albedo = view.bsdf.specular * reflected;
   out.add(c);

@@ -84,7 +84,7 @@ Layers::Layers(const View& view) {
   refracts = bsdf.transmission_weight > 0 && bsdf.metallic < 1 && !bsdf.thin;
   inside = refracts && view.inside;
   smooth = is_smooth(bsdf.alpha_x, bsdf.alpha_y);
-  lobe = bsdf.transmission_weight > 0 ? kSharp : lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
+  lobe = bsdf.transmission_weight > 0 ? kSpecular : lobe_of_alpha(bsdf.alpha_x, bsdf.alpha_y);
   microfacet = rough(bsdf.alpha_x, bsdf.alpha_y);
   dense = std::max(relative_eta(bsdf, false), 1.001f);  // glTF has no index below 1
   eta = inside ? 1 / dense : dense;

@@ -58,7 +58,7 @@ ScatteredRay ShadedSurface::sample(Vec3 wo, float u_lobe, Vec2 u, Lobes lobes) c
   out.pdf = s.pdf;
   out.lobe = s.lobe;
   out.delta = s.delta;
-  out.straight = s.straight && !is_behind(wo);
+  out.is_null = s.is_null && !is_behind(wo);
   out.valid = true;
   if (!s.delta && (s.wi.z - 2 * side * cosine_) * s.wi.z > 0)
     out.pdf += glowworm::pdf(bsdf_, view, frame_.to_local(mirrored(w, normal_, side)), lobes);
@@ -96,10 +96,10 @@ ScatteredRay ShadedSurface::scatter_photon(Vec3 back, float u_lobe, Vec2 u, floa
   const float image = side - 2 * shading * cosine_;
   if (!(side > 0)) return out;
   out.direction = w;
-  out.straight = s.straight;
+  out.is_null = s.is_null;
   if (image > 0 && choose(image / (side + image), u_mirror)) {
     out.direction = mirrored(w, frame_.n, s.wi.z);
-    out.straight = false;
+    out.is_null = false;
   }
   out.weight *= std::min((side + std::max(image, 0.0f)) / std::max(shading, kMinShadingCosine), kMaxShadingFactor);
   out.valid = true;

@@ -29,8 +29,8 @@ struct ScatteredRay {
   float pdf = 0;   ///< per steradian; for a delta, the probability of choosing it
   Lobes lobe = 0;  ///< the chosen lobe: one bit
   bool delta = false;
-  bool straight = false;  ///< onwards through a pane, without bending
-  bool valid = false;     ///< false if nothing is scattered: the path ends
+  bool is_null = false;  ///< onwards through a pane, without bending
+  bool valid = false;    ///< false if nothing is scattered: the path ends
 };
 
 /// Arrival of a photon at a surface.

@@ -345,7 +345,7 @@ PassSettings Job::pass_settings() const {
   pass.seed = s.sample_seed();
   pass.places = s.place_layers().of_triangles();
   pass.values = s.place_layers().values;
-  pass.fine = s.place_layers().fine;
+  pass.surface_samples = s.place_layers().surface_samples;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.patches = s.gather_guiding;

@@ -22,27 +22,27 @@ constexpr std::size_t kSamplesPerChunk = 256;
 
 /// Bounces of a path so far, as far as they decide the layer of its light.
 struct History {
-  bool gathered = false;     ///< a broad bounce: the path has passed the gather point
-  bool rough_sharp = false;  ///< a sharp bounce that is not a delta, before the gather point
-  bool sharp_after_gather = false;
+  bool gathered = false;        ///< a broad bounce: the path has passed the gather point
+  bool rough_specular = false;  ///< a specular bounce that is not a delta, before the gather point
+  bool specular_after_gather = false;
   bool broad_after_gather = false;
   bool in_medium = false;  ///< before the gather point
 
   /// A medium scatters or emits the path's light.
   void mark_medium() { (gathered ? broad_after_gather : in_medium) = true; }
   void mark(Lobes lobe, bool delta) {
-    if (lobe != kSharp)
+    if (lobe != kSpecular)
       (gathered ? broad_after_gather : gathered) = true;
     else if (gathered)
-      sharp_after_gather = true;
+      specular_after_gather = true;
     else if (!delta)
-      rough_sharp = true;
+      rough_specular = true;
   }
   std::vector<RGB>& destination(SlotRadiance& radiance) const {
     if (in_medium) return radiance.medium;
-    if (!gathered) return rough_sharp ? radiance.direct : radiance.emitted;
+    if (!gathered) return rough_specular ? radiance.direct : radiance.emitted;
     if (broad_after_gather) return radiance.indirect;
-    return sharp_after_gather ? radiance.caustic : radiance.direct;
+    return specular_after_gather ? radiance.caustic : radiance.direct;
   }
 };
 
@@ -227,7 +227,7 @@ class Path {
     const float u = sampler_.next1();
     if (!takes_light_samples(vertex.bsdf)) return;
     const LightSample sample = sample_light(scene_, vertex, pair, u);
-    for (const Lobes which : {kBroad, kSharp}) {
+    for (const Lobes which : {kBroad, kSpecular}) {
       if (!vertex.has(which)) continue;
       const UnoccludedLight light = reflected_light(sample, vertex, which, kAllLobes);
       if (is_black(light.radiance)) continue;
@@ -235,7 +235,7 @@ class Path {
       const RGB passed = passed_share(tracer_, light);
       if (is_black(passed)) continue;
       History with = history_;
-      with.mark(which == kSharp ? kSharp : kDiffuseReflection, false);
+      with.mark(which == kSpecular ? kSpecular : kDiffuseReflection, false);
       radiance_.add(with.destination(radiance_), slot_, state_.throughput * light.radiance * passed, light.source);
     }
   }
@@ -251,7 +251,7 @@ class Path {
     const float u_lobe = sampler_.next1();
     const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler_.next2(), kAllLobes);
     if (!leave(state_, vertex, s, s.weight) || !survives()) return false;
-    if (s.straight) return true;  // shadow rays pass through panes, too
+    if (s.is_null) return true;  // shadow rays pass through panes, too
     history_.mark(s.lobe, s.delta);
     segment_ = {};
     return true;

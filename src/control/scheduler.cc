@@ -34,7 +34,8 @@ constexpr std::uint64_t kMinSlots = std::uint64_t{kMinTile} * kMinTile;
 
 std::uint64_t slot_bytes_of(const RenderSettings& settings) {
   const PlaceLayers places = settings.place_layers();
-  return bytes_per_slot(settings.light_group_count, places.values.count(), places.of_triangles(), places.fine);
+  return bytes_per_slot(settings.light_group_count, places.values.count(), places.of_triangles(),
+                        places.surface_samples);
 }
 
 std::uint64_t ray_bytes(const RenderSettings& settings) {

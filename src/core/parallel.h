@@ -1,5 +1,6 @@
 // All threading goes through this file; only parallel.cc includes TBB.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 
@@ -48,6 +49,10 @@ void parallel_for_each(std::size_t count, std::size_t grain, const Body& body) {
     for (std::size_t i = first; i < last; ++i) body(i);
   });
 }
+
+/// Items in a piece of a loop whose items take a microsecond or more: it has 256 pieces, or one for each item, so that
+/// threads end together. Depends on the number of items alone.
+inline constexpr std::size_t even_grain(std::size_t count) { return std::max<std::size_t>((count + 255) / 256, 1); }
 
 /// Runs both functions, possibly in parallel, and returns when both are done.
 void parallel_invoke(const std::function<void()>& a, const std::function<void()>& b);

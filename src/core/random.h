@@ -40,10 +40,10 @@ enum RandomStream : std::uint32_t {
   kPhotonNoiseStream = 0x6e6f6973,  ///< samples that measure the noise of photons
   kPhotonSignStream = 0x7369676e,   ///< signs of photons that measure their noise
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons
-  kSharpStream = 0x73686172,        ///< gather rays that continue through sharp lobes; one stream for each bounce
-  kSplitStream = 0x73706c69,        ///< choice between broad and sharp lobes of gather rays; one stream for each bounce
-  kSurfaceStream = 0x73757266,      ///< camera samples that only look at surfaces
-  kWavelengthStream = 0x77617665,   ///< wavelengths of gather rays; one stream for each bounce
+  kSpecularStream = 0x73686172,     ///< gather rays that continue through specular lobes; one stream for each bounce
+  kSplitStream = 0x73706c69,    ///< choice between broad and specular lobes of gather rays; one stream for each bounce
+  kSurfaceStream = 0x73757266,  ///< camera samples that only look at surfaces
+  kWavelengthStream = 0x77617665,  ///< wavelengths of gather rays; one stream for each bounce
 };
 
 /// The upper 24 bits of x as a float in [0, 1).

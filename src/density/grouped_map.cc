@@ -3,7 +3,6 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "core/pieces.h"
 #include "density/shading.h"
 
 namespace glowworm {

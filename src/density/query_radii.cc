@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/parallel.h"
-#include "core/pieces.h"
 
 namespace glowworm {
 

@@ -115,12 +115,12 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
 
 const std::vector<LayerWriter>& table() {
   static const std::vector<LayerWriter> rows = {
-      rgb_row("emitted", Layer::fine_emitted),
+      rgb_row("emitted", Layer::surface_emitted),
       rgb_row("direct", Layer::direct),
       rgb_row("indirect", Layer::indirect),
       rgb_row("caustic", Layer::caustic),
       rgb_row("medium", Layer::medium),
-      rgb_row("albedo", Layer::fine_albedo),
+      rgb_row("albedo", Layer::surface_albedo),
       vector_row("normal", Layer::normal),
       scalar_row("depth", "depth.Z", [](const Source& from, std::size_t i) { return from.film.depth(i); }),
       {"unfiltered",

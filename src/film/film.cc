@@ -90,8 +90,8 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   for (auto& group : groups_) group.resize(n);
   albedo_.resize(layers ? n : 0);
   normal_.resize(layers ? n : 0);
-  fine_albedo_.resize(places.fine ? n : 0);
-  fine_emitted_.resize(places.fine ? n : 0);
+  surface_albedo_.resize(places.surface_samples ? n : 0);
+  surface_emitted_.resize(places.surface_samples ? n : 0);
   medium_.resize(layers && places.medium ? n : 0);
   position_.resize(places.position ? n : 0);
   uv_.resize(places.uv ? n : 0);
@@ -117,7 +117,8 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv + (layers && places.medium)) * kLight +
-      (places.fine ? kLight + 3 * sizeof(UnitSum) : 0) + (places.objects + places.materials) * sizeof(IdCounts) +
+      (places.surface_samples ? kLight + 3 * sizeof(UnitSum) : 0) +
+      (places.objects + places.materials) * sizeof(IdCounts) +
       static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
   const std::uint64_t of_spread = batches > 1 ? batches * sizeof(LightSum) : sizeof(SquareSum);
   return bounds.pixel_count() * (sizeof(std::uint32_t) + of_spread + of_places + light_groups * kLight +
@@ -194,10 +195,11 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
   add(albedo_[pixel], first_hit.albedo[slot]);
   const Vec3 n = first_hit.normal[slot];
   add(normal_[pixel], RGB(n.x, n.y, n.z));
-  if (places_.fine) {
+  if (places_.surface_samples) {
     // A pass without surface samples gives the values of its camera samples.
-    add(fine_albedo_[pixel], (first_hit.fine_albedo.empty() ? first_hit.albedo : first_hit.fine_albedo)[slot]);
-    add(fine_emitted_[pixel], (radiance.fine_emitted.empty() ? radiance.emitted : radiance.fine_emitted)[slot]);
+    add(surface_albedo_[pixel], (first_hit.surface_albedo.empty() ? first_hit.albedo : first_hit.surface_albedo)[slot]);
+    add(surface_emitted_[pixel],
+        (radiance.surface_emitted.empty() ? radiance.emitted : radiance.surface_emitted)[slot]);
   }
   if (std::isfinite(first_hit.depth[slot])) {
     depth_sum_[pixel] += first_hit.depth[slot];
@@ -275,9 +277,10 @@ bool Film::is_even() const {
 RGB Film::mean(Layer layer, std::size_t pixel) const {
   if (count_[pixel] == 0 || !layers_) return RGB();
   if (layer == Layer::albedo) return mean_of(albedo_[pixel], count_[pixel]);
-  const bool fine = places_.fine && count_[pixel] > 1;
-  if (layer == Layer::fine_albedo) return mean_of((fine ? fine_albedo_ : albedo_)[pixel], count_[pixel]);
-  if (layer == Layer::fine_emitted) return mean_of((fine ? fine_emitted_ : light_[0])[pixel], count_[pixel]);
+  const bool by_surface = places_.surface_samples && count_[pixel] > 1;
+  if (layer == Layer::surface_albedo) return mean_of((by_surface ? surface_albedo_ : albedo_)[pixel], count_[pixel]);
+  if (layer == Layer::surface_emitted)
+    return mean_of((by_surface ? surface_emitted_ : light_[0])[pixel], count_[pixel]);
   if (layer == Layer::medium) return medium_.empty() ? RGB() : mean_of(medium_[pixel], count_[pixel]);
   if (layer == Layer::normal) return mean_of(normal_[pixel], count_[pixel]);
   if (layer == Layer::position || layer == Layer::uv) {
@@ -350,8 +353,8 @@ void Film::for_arrays(Work&& work, Films&... films) {
   for (std::size_t i = 0; i < groups; ++i) work(films.groups_[i]...);
   work(films.albedo_...);
   work(films.normal_...);
-  work(films.fine_albedo_...);
-  work(films.fine_emitted_...);
+  work(films.surface_albedo_...);
+  work(films.surface_emitted_...);
   work(films.medium_...);
   work(films.position_...);
   work(films.uv_...);

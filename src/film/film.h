@@ -90,8 +90,8 @@ class Film {
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
   /// medium is black in films without PlaceLayers::medium.
-  /// fine_emitted and fine_albedo are means of surface samples (gather/camera_pass.h), or `emitted` and `albedo` in a
-  /// film without them and in pixels of a single sample, which the filters leave as it is, too.
+  /// surface_emitted and surface_albedo are means of surface samples (gather/camera_pass.h), or `emitted` and `albedo`
+  /// in a film without them and in pixels of a single sample, which the filters leave as it is, too.
   enum class Layer : std::uint8_t {
     emitted,
     direct,
@@ -101,8 +101,8 @@ class Film {
     normal,
     position,
     uv,
-    fine_emitted,
-    fine_albedo,
+    surface_emitted,
+    surface_albedo,
     medium
   };
   RGB mean(Layer layer, std::size_t pixel) const;
@@ -138,7 +138,7 @@ class Film {
   /// Whether these are of light of media, too.
   bool has_moments_of_media() const { return !moments_[2].empty(); }
   /// Whether layers by surface samples are kept.
-  bool is_fine() const { return places_.fine; }
+  bool has_surface_samples() const { return places_.surface_samples; }
   /// Light divided by albedo, which is the irradiance over pi where surfaces are diffuse: luminance of a mean over
   /// samples, weighted by their albedo, and the variance of that mean by the spread of the samples. Albedo counts as
   /// kMinAlbedo at least. Light of media is not divided: it depends on no albedo.
@@ -199,8 +199,8 @@ class Film {
   SampleBatches batches_;
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
-  std::vector<std::array<UnitSum, 3>> albedo_, normal_, fine_albedo_;
-  std::vector<std::array<LightSum, 3>> fine_emitted_, medium_;
+  std::vector<std::array<UnitSum, 3>> albedo_, normal_, surface_albedo_;
+  std::vector<std::array<LightSum, 3>> surface_emitted_, medium_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;

@@ -15,7 +15,7 @@ namespace {
 using Layer = Film::Layer;
 
 /// What each channel of light is divided by.
-/// @param layer albedo or fine_albedo
+/// @param layer albedo or surface_albedo
 RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::albedo) {
   const RGB albedo = film.mean(layer, pixel);
   const float least = std::max(Film::kMinAlbedo, 0.05f * max_component(albedo));
@@ -97,8 +97,8 @@ void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
   parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     RGB& pixel = picture.radiance[i];
     if (!indirect_only) pixel += film.mean(Layer::caustic, i);
-    pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::fine_albedo);
-    if (!indirect_only) pixel += film.mean(Layer::fine_emitted, i);
+    pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::surface_albedo);
+    if (!indirect_only) pixel += film.mean(Layer::surface_emitted, i);
   });
 }
 
@@ -107,13 +107,13 @@ void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
 /// meet. To be multiplied by gain_of_strata().
 /// @param other variance by the spread of the camera samples
 float variance_beside_light(const Film& film, std::size_t pixel, float other) {
-  if (!film.is_fine()) return other;
+  if (!film.has_surface_samples()) return other;
   const float caustic = luminance(film.mean(Layer::caustic, pixel)),
               emitted = luminance(film.mean(Layer::emitted, pixel));
   if (!(emitted > 0)) return caustic > 0 ? other : other / kSurfaceSamples;
   const auto samples = static_cast<float>(film.sample_count(pixel));
   const float level = (other * (samples - 1) + emitted * emitted) / emitted;  // mean square over mean
-  const float share = std::min(luminance(film.mean(Layer::fine_emitted, pixel)) / level, 1.0f);
+  const float share = std::min(luminance(film.mean(Layer::surface_emitted, pixel)) / level, 1.0f);
   return level * level * share * (1 - share) / (kSurfaceSamples * samples) + std::min(other, caustic * caustic);
 }
 

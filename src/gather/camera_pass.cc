@@ -74,7 +74,7 @@ class BlockTracer {
     memory_.queries.clear();
     memory_.segments.clear();
     follow_paths(x0, y0);
-    for (std::uint32_t i = 0; settings_.fine && i < kSurfaceSamples; ++i) {
+    for (std::uint32_t i = 0; settings_.surface_samples && i < kSurfaceSamples; ++i) {
       sequence_ = CameraSequence(i);
       follow_paths(x0, y0);
     }
@@ -175,7 +175,7 @@ class BlockTracer {
     DiffusePoint point;
     if (!diffuse_vertex(tracer_.scene(), hit, point)) return false;
     if (sequence_.of_surface()) {
-      add_fine(first_hit_.fine_albedo, slot, point.reflectance);
+      add_surface_sample(first_hit_.surface_albedo, slot, point.reflectance);
       return true;
     }
     Vec3 shading_normal;
@@ -187,7 +187,7 @@ class BlockTracer {
     return true;
   }
 
-  static void add_fine(std::vector<RGB>& target, std::uint32_t slot, RGB value) {
+  static void add_surface_sample(std::vector<RGB>& target, std::uint32_t slot, RGB value) {
     target[slot] += value * (1.0f / kSurfaceSamples);
   }
 
@@ -215,7 +215,7 @@ class BlockTracer {
     if (bounce == 0) record_surface(path, vertex);
     // Surface samples see light through the specular lobes, and that of directional lights.
     if (takes_suns()) find_sun(path, vertex);
-    if (sequence_.of_surface()) return vertex.has(kSharp) && follow_surface_sample(path, vertex, bounce);
+    if (sequence_.of_surface()) return vertex.has(kSpecular) && follow_surface_sample(path, vertex, bounce);
     const float broad = broad_probability(vertex);
     if (broad >= 1 || path.sampler.next1() < broad) {
       add_point(path, vertex, path.throughput / broad);
@@ -256,7 +256,7 @@ class BlockTracer {
   void record_surface(const CameraPath& path, const Vertex& vertex) {
     const RGB albedo = vertex.surface().albedo(vertex.wo, kAllLobes);
     if (sequence_.of_surface()) {
-      add_fine(first_hit_.fine_albedo, path.slot, albedo);
+      add_surface_sample(first_hit_.surface_albedo, path.slot, albedo);
       return;
     }
     first_hit_.normal[path.slot] =
@@ -266,7 +266,7 @@ class BlockTracer {
 
   void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
     if (sequence_.of_surface())
-      add_fine(radiance_.fine_emitted, slot, light);
+      add_surface_sample(radiance_.surface_emitted, slot, light);
     else
       radiance_.add(radiance_.emitted, slot, light, source);
   }
@@ -283,12 +283,12 @@ class BlockTracer {
     Sampler& sampler = path.sampler;
     const Scene& scene = tracer_.scene();
     const float u_lobe = sampler.next1();
-    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSharp);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSpecular);
     const Vec2 pair = sampler.next2();
     const float u = sampler.next1();
     if (takes_light_samples(vertex.bsdf)) {
       const LightSample sample = sample_light(scene, vertex, pair, u);
-      const UnoccludedLight light = reflected_light(sample, vertex, kSharp, kSharp);
+      const UnoccludedLight light = reflected_light(sample, vertex, kSpecular, kSpecular);
       const bool is_apart =
           (settings_.glints_apart && path.smooth && sample.delta) || (settings_.suns && sample.is_directional());
       if (!is_black(light.radiance) && !is_apart)
@@ -313,7 +313,7 @@ class BlockTracer {
         return leave(path, vertex, first, first.weight * first.pdf);
       }
     }
-    const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSharp);
+    const ScatteredRay s = surface.sample(vertex.wo, u_lobe, u, kSpecular);
     // Not by throughput: splitting makes it small, and would end paths. The first bounces are not left to chance.
     return leave(path, vertex, s, s.weight) &&
            (bounce < kSplitBounces || survives(path, max_component(s.weight), 1, bounce));
@@ -373,9 +373,9 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
                   bool as_queries, const PassOutput& output, Join&& join) {
   output.radiance.resize(tasks.slot_count(), !tracer.scene().media().empty());
   output.first_hit.resize(tasks.slot_count(), settings.places);
-  if (settings.fine) {
-    output.radiance.fine_emitted.resize(tasks.slot_count());
-    output.first_hit.fine_albedo.resize(tasks.slot_count());
+  if (settings.surface_samples) {
+    output.radiance.surface_emitted.resize(tasks.slot_count());
+    output.first_hit.surface_albedo.resize(tasks.slot_count());
   }
   const std::vector<Block> blocks = blocks_of(tasks);
   if (settings.segments) settings.segments->clear();
@@ -397,7 +397,7 @@ void trace_blocks(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
 
 void FirstHit::resize(std::size_t slots, bool places) {
   albedo.assign(slots, RGB());
-  fine_albedo.clear();
+  surface_albedo.clear();
   normal.assign(slots, Vec3());
   depth.assign(slots, 0);
   triangle.assign(places ? slots : 0, kNone);

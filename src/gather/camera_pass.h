@@ -23,9 +23,10 @@ struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
   bool places = false;  ///< also fill FirstHit::triangle and barycentric
-  bool fine = false;    ///< also take surface samples: fill SlotRadiance::fine_emitted and FirstHit::fine_albedo
-  /// With `fine`: surface samples find the light of directional lights, in place of camera and light samples: a sun's
-  /// spots are often smaller than a pixel, and its glints always. Needs such a light.
+  /// Also take surface samples: fill SlotRadiance::surface_emitted and FirstHit::surface_albedo.
+  bool surface_samples = false;
+  /// With `surface_samples`: surface samples find the light of directional lights, in place of camera and light
+  /// samples: a sun's spots are often smaller than a pixel, and its glints always. Needs such a light.
   bool suns = false;
   /// Leave out lights without size in rough specular lobes that the eye sees directly or by smooth lobes:
   /// sky_rays() finds these surfaces.
@@ -40,7 +41,7 @@ struct FirstHit {
   std::vector<Vec3> normal;  ///< shading normal on the viewer's side; (0,0,0) if nothing is hit
   std::vector<float> depth;  ///< metres along the camera ray to the first surface; infinity if there is none
   // Filled on request.
-  std::vector<RGB> fine_albedo;         ///< as `albedo`, by surface samples
+  std::vector<RGB> surface_albedo;      ///< as `albedo`, by surface samples
   std::vector<std::uint32_t> triangle;  ///< first triangle hit; kNone if there is none
   std::vector<Vec2> barycentric;        ///< position on that triangle
   /// By SlotValue; infinity where a slot has no such value. Empty unless render_pass() is asked for them.
@@ -48,7 +49,7 @@ struct FirstHit {
   std::vector<float>& of(SlotValue value) { return values[static_cast<std::size_t>(value)]; }
 
   /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates; without
-  /// `fine_albedo`
+  /// `surface_albedo`
   void resize(std::size_t slots, bool places);
 };
 

@@ -316,10 +316,10 @@ class ChunkGatherer {
   /// Continues through the specular lobes. @param before largest component of the throughput that arrived
   bool follow(std::size_t i, PathState& path, const Vertex& vertex, float before) {
     const std::uint32_t bounces = ++rays_.bounces[i];
-    Sampler sampler = sampler_of(i, kSharpStream + bounces);
+    Sampler sampler = sampler_of(i, kSpecularStream + bounces);
     const Segment next = is_second(i) ? Segment::secondary_chain : Segment::chain;
     const float u_lobe = sampler.next1();
-    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSharp);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSpecular);
     if (!leave_for(i, path, vertex, s, next)) return false;
     const float kept = max_component(path.throughput) / before;
     float& chain = rays_.chain[i];
@@ -338,7 +338,7 @@ class ChunkGatherer {
 
   /// Sends ray i on from a vertex. Returns whether it has anywhere to go.
   bool leave_for(std::size_t i, PathState& path, const Vertex& vertex, const ScatteredRay& s, Segment next) {
-    rays_.segment[i] = s.straight ? behind_pane(rays_.segment[i]) : next;
+    rays_.segment[i] = s.is_null ? behind_pane(rays_.segment[i]) : next;
     return leave(path, vertex, s, s.weight);
   }
 

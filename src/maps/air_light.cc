@@ -9,7 +9,6 @@
 #include "core/make_parts.h"
 #include "core/offset_origin.h"
 #include "core/parallel.h"
-#include "core/pieces.h"
 #include "transport/medium.h"
 
 namespace glowworm {

@@ -11,7 +11,6 @@
 #include "core/archive.h"
 #include "core/frame.h"
 #include "core/parallel.h"
-#include "core/pieces.h"
 #include "core/random.h"
 #include "kernels/kernel_shape.h"
 #include "maps/boundary_clusters.h"

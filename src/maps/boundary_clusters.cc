@@ -5,7 +5,6 @@
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
-#include "core/pieces.h"
 #include "density/kd_tree.h"
 
 namespace glowworm {

@@ -42,7 +42,7 @@ float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings
   wanted.narrow = wanted.patches = wanted.sampled = false;
   PassSettings pass = passes;
   pass.kind = passes.kind == PassKind::photons ? PassKind::count_seen : PassKind::count_gathered;
-  pass.places = pass.fine = pass.by_disk = pass.patches = false;
+  pass.places = pass.surface_samples = pass.by_disk = pass.patches = false;
   // Query points of the caustic map do not count.
   pass.indirect = false;
   pass.values = {};

@@ -8,7 +8,6 @@
 
 #include "core/offset_origin.h"
 #include "core/parallel.h"
-#include "core/pieces.h"
 
 namespace glowworm {
 

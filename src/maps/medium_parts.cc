@@ -10,7 +10,6 @@
 #include "core/box.h"
 #include "core/frame.h"
 #include "core/parallel.h"
-#include "core/pieces.h"
 #include "core/random.h"
 #include "scene/placed_box.h"
 #include "transport/medium.h"

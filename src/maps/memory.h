@@ -10,11 +10,12 @@ namespace glowworm {
 /// @param light_groups whose light is kept apart
 /// @param values       SlotValues that are kept
 /// @param places       whether the triangles of first hits are kept
-/// @param fine         whether there are surface samples
-inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false, bool fine = false) {
+/// @param surface_samples whether there are such
+inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bool places = false,
+                                    bool surface_samples = false) {
   return 3 * bytes_each<GatherPoints>() + (5 + light_groups) * sizeof(RGB) + 28 +
          static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
-         (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (fine ? 2 * sizeof(RGB) : 0);
+         (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (surface_samples ? 2 * sizeof(RGB) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;

@@ -59,7 +59,7 @@ class PassRenderer {
     camera_settings.height = settings_.height;
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
-    camera_settings.fine = settings_.fine;
+    camera_settings.surface_samples = settings_.surface_samples;
     camera_settings.suns = finds_suns();
     camera_settings.glints_apart = !takes_delta_lights();
     camera_settings.photons_alone = settings_.query_points_alone;
@@ -193,7 +193,7 @@ class PassRenderer {
 
   /// Whether surface samples take directional lights in place of light samples.
   bool finds_suns() const {
-    return settings_.fine && settings_.direct && view_.camera && settings_.kind == PassKind::gather &&
+    return settings_.surface_samples && settings_.direct && view_.camera && settings_.kind == PassKind::gather &&
            settings_.light_samples > 0 && takes_delta_lights() && tracer_.scene().light_selector().has_directional();
   }
 
@@ -356,7 +356,7 @@ PassResult render_pass(const Tracer& tracer, const PhotonMaps& maps, const View&
   const std::size_t groups = settings.light_groups ? settings.light_groups->names.size() : 0;
   const Reservation reservation(budget, "camera samples",
                                 tasks.slot_count() * bytes_per_slot(groups, settings.values.count(), settings.places,
-                                                                    settings.fine && view.camera));
+                                                                    settings.surface_samples && view.camera));
   return PassRenderer(tracer, maps, view, settings, budget, memory, statistics).render(tasks);
 }
 

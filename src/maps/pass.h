@@ -33,7 +33,7 @@ struct PassSettings {
   std::uint32_t seed = 0;
   bool places = false;                                  ///< fill FirstHit::triangle and barycentric, too
   SlotValues values;                                    ///< kinds gather and photons: fill these of FirstHit, too
-  bool fine = false;                                    ///< of camera views: CameraPassSettings::fine
+  bool surface_samples = false;                         ///< of camera views: CameraPassSettings::surface_samples
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   /// Fill PassResult::global_points and caustic_points, and find no light but PhotonMaps::signed_media().

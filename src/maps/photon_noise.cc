@@ -129,7 +129,7 @@ double measure_photon_variance(const Tracer& tracer, const PhotonMaps& maps, con
   PassMemory memory;
   Statistics not_the_renders;
   PassSettings pass = settings;
-  pass.places = pass.fine = pass.by_disk = false;
+  pass.places = pass.surface_samples = pass.by_disk = false;
   pass.values = {};
   pass.light_groups = nullptr;
   const auto look = [&](CameraTasks tasks, std::uint32_t stream) {

@@ -52,7 +52,7 @@ class WayTracer {
     // Colours of dispersive glass are taken together.
     RGB of_color(1.0f);
     resolve_material(scene, vertex, of_color, [] { return 0.5f; });
-    if (!vertex.has(kSharp)) return;
+    if (!vertex.has(kSpecular)) return;
     const SmoothLobes lobes = smooth_lobes(vertex);
     if (lobes.count == 0 && with_glints_)
       add_gather_point(glints_, vertex, path.throughput * share_, way.pixel, 0, 0, !scene.media().empty());
@@ -61,7 +61,7 @@ class WayTracer {
       PathState next = path;
       if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf) || luminance(next.throughput) < kLeastShare) continue;
       SkyRay on = way;
-      on.bent |= !lobe.straight;
+      on.bent |= !lobe.is_null;
       follow(next, on, bounces + 1);
     }
   }

@@ -172,7 +172,7 @@ HourBlock light_of_hours(const Tracer& tracer, const ViewLight& view, const Year
       for (std::size_t k = 0; k < count; ++k) of_sun[i * count + k] *= kLuminousEfficacy * sky.beam[hours[k]];
     });
   };
-  HourBlock out{hours, reflected_sun(tracer, view.glints, pixels, sky, hours, {kSharp, least_alpha(view)}), {}};
+  HourBlock out{hours, reflected_sun(tracer, view.glints, pixels, sky, hours, {kSpecular, least_alpha(view)}), {}};
   in_cd(out.glints);
   const DiffuseLight light(sky, model.suns, {hours.begin(), hours.end()});
   for (const RoundLight& round : view.rounds) {

@@ -114,21 +114,20 @@ void ChunkTracer::follow_changed(KeptChunk& before, Paths& paths, std::size_t co
 
 /// Scatters a path at its hit, and stores its photon. Returns whether it goes on and may still leave photons.
 bool ChunkTracer::scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk) const {
-  FluxBalance& balance = chunk.balance;
   if (hit.triangle == kNone) {
-    add(balance.escaped, path.throughput);
+    add(chunk.balance.escaped, path.throughput);
     return false;
   }
   const PhotonBounce out = scatter_photon(tracer_.scene(), pass_, path, hit, bounce);
-  add(balance.arrived, path.throughput);
+  add(chunk.balance.arrived, path.throughput);
   if (out.leaves_photon) {
-    add(balance.stored, path.throughput);
+    add(chunk.balance.stored, path.throughput);
     store(path, out, bounce, chunk);
   }
   if (!out.goes_on) return false;
-  add(balance.scattered, out.flux);
+  add(chunk.balance.scattered, out.flux);
   if (bounce + 1 >= pass_.max_bounces) {
-    add(balance.cut, out.flux);
+    add(chunk.balance.cut, out.flux);
     return false;
   }
   path.bounces = with_bounce(path.bounces, out.bits);

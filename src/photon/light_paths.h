@@ -11,13 +11,13 @@ namespace glowworm {
 
 /// What the bounces of a path were, and whether it comes from a light without size: its bits. Passing straight through
 /// a pane is not a bounce. Paths from a medium's own light have none of kNoneBroad. Paths with kNotSmooth have met a
-/// sharp surface that is not is_smooth() (transport/sun_images.h); only passes with discs note that.
-inline constexpr std::uint8_t kNoneBroad = 1, kAnySharp = 2, kCaustic = kNoneBroad | kAnySharp, kRoughFirst = 4,
+/// specular surface that is not is_smooth() (transport/sun_images.h); only passes with discs note that.
+inline constexpr std::uint8_t kNoneBroad = 1, kAnySpecular = 2, kCaustic = kNoneBroad | kAnySpecular, kRoughFirst = 4,
                               kFromDelta = 8, kNotSmooth = 16;
 /// The bits of a path after a bounce with the bits `bounce`.
 inline std::uint8_t with_bounce(std::uint8_t path, std::uint8_t bounce) {
-  const std::uint8_t first = path & kAnySharp ? path : bounce;
-  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & (kAnySharp | kNotSmooth)) |
+  const std::uint8_t first = path & kAnySpecular ? path : bounce;
+  return static_cast<std::uint8_t>((path & bounce & kNoneBroad) | ((path | bounce) & (kAnySpecular | kNotSmooth)) |
                                    (first & kRoughFirst) | (path & kFromDelta));
 }
 /// Whether a path has come straight from a lamp so far.
@@ -30,7 +30,7 @@ inline bool may_leave(PhotonChoice choice, std::uint8_t path) {
 }
 /// Whether it leaves one now.
 inline bool leaves(PhotonChoice choice, std::uint8_t path) {
-  return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySharp));
+  return may_leave(choice, path) && (choice == PhotonChoice::all || (path & kAnySpecular));
 }
 
 /// A light path under way. Its throughput is its flux, W.

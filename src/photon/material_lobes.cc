@@ -11,7 +11,7 @@ namespace {
 bool varies(const Material& m, Lobes wanted) {
   const bool is_glass = m.kind == MaterialKind::dielectric || m.kind == MaterialKind::thin_dielectric;
   if (m.kind != MaterialKind::diffuse && (m.roughness_u.texture != kNone || m.roughness_v.texture != kNone))
-    return !is_glass || (wanted & kSharp);
+    return !is_glass || (wanted & kSpecular);
   if (wanted & kBroad) {
     const bool color = m.reflectance.texture != kNone || m.transmittance.texture != kNone;
     if (m.kind == MaterialKind::diffuse || m.kind == MaterialKind::coated_diffuse) return color;
@@ -61,7 +61,7 @@ bool may_have_lobes(const Scene& scene, Lobes wanted, bool panes) {
 
 bool bends_delta_lights(const Scene& scene, bool panes) {
   const auto shines = [](const Light& light) { return !is_black(light.intensity); };
-  return std::any_of(scene.lights().begin(), scene.lights().end(), shines) && may_have_lobes(scene, kSharp, panes);
+  return std::any_of(scene.lights().begin(), scene.lights().end(), shines) && may_have_lobes(scene, kSpecular, panes);
 }
 
 }  // namespace glowworm

@@ -80,9 +80,9 @@ void scatter_any(const Scene& scene, const PhotonPassSettings& pass, const Light
   out.leaves_photon = pass.on_all_surfaces || vertex.has(kBroad) ||
                       may_have_lobes(scene, vertex.point, scene.geometry().material_of(hit.triangle), kBroad);
   const ScatteredRay s = surface.scatter_photon(arrived.back, u.lobe, u.direction, u.roulette);
-  if (s.lobe == kSharp)
-    out.bits = s.straight && arrived.back == back ? kNoneBroad : s.delta ? kCaustic : kCaustic | kRoughFirst;
-  if (pass.discs && pass.choice != PhotonChoice::all && s.lobe == kSharp && !is_smooth(scene, hit.triangle, vertex))
+  if (s.lobe == kSpecular)
+    out.bits = s.is_null && arrived.back == back ? kNoneBroad : s.delta ? kCaustic : kCaustic | kRoughFirst;
+  if (pass.discs && pass.choice != PhotonChoice::all && s.lobe == kSpecular && !is_smooth(scene, hit.triangle, vertex))
     out.bits |= kNotSmooth;
   if (!s.valid) return;
   survive_bounce(path, out.photon_flux * s.weight, u.roulette, out);

@@ -17,11 +17,12 @@ std::size_t drop_infinite_samples(SlotRadiance& radiance) {
   std::size_t dropped = 0;
   for (std::size_t i = 0; i < radiance.emitted.size(); ++i) {
     if (is_bounded(radiance.emitted[i]) && is_bounded(radiance.direct[i]) && is_bounded(radiance.indirect[i]) &&
-        is_bounded(radiance.caustic[i]) && (radiance.fine_emitted.empty() || is_bounded(radiance.fine_emitted[i])) &&
+        is_bounded(radiance.caustic[i]) &&
+        (radiance.surface_emitted.empty() || is_bounded(radiance.surface_emitted[i])) &&
         (radiance.medium.empty() || is_bounded(radiance.medium[i])))
       continue;
     radiance.emitted[i] = radiance.direct[i] = radiance.indirect[i] = radiance.caustic[i] = RGB();
-    if (!radiance.fine_emitted.empty()) radiance.fine_emitted[i] = RGB();
+    if (!radiance.surface_emitted.empty()) radiance.surface_emitted[i] = RGB();
     if (!radiance.medium.empty()) radiance.medium[i] = RGB();
     for (auto& group : radiance.groups) group[i] = RGB();
     ++dropped;

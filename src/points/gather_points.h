@@ -86,18 +86,18 @@ struct GatherPoints : Batch<GatherPoints> {
 
 /// Light of a task, one entry a slot; W sr^-1 m^-2.
 struct SlotRadiance {
-  std::vector<RGB> emitted;       ///< seen directly or through specular bounces
-  std::vector<RGB> direct;        ///< one broad bounce (or a rough specular one) between light and viewer
-  std::vector<RGB> indirect;      ///< all that is gathered from surfaces
-  std::vector<RGB> caustic;       ///< light through specular bounces only
-  std::vector<RGB> medium;        ///< scattered or emitted by media between the viewer and the first broad bounce;
-                                  ///< empty in scenes without media
-  std::vector<RGB> fine_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them
+  std::vector<RGB> emitted;          ///< seen directly or through specular bounces
+  std::vector<RGB> direct;           ///< one broad bounce (or a rough specular one) between light and viewer
+  std::vector<RGB> indirect;         ///< all that is gathered from surfaces
+  std::vector<RGB> caustic;          ///< light through specular bounces only
+  std::vector<RGB> medium;           ///< scattered or emitted by media between the viewer and the first broad bounce;
+                                     ///< empty in scenes without media
+  std::vector<RGB> surface_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them
   /// Light of each group of light sources, all four parts together; empty without light groups.
   std::vector<std::vector<RGB>> groups;
   std::span<const std::uint32_t> group_of_source;  ///< index into `groups` of each light source
 
-  /// Sizes all parts, black, but `fine_emitted`, which it empties. @param media whether the scene has some
+  /// Sizes all parts, black, but `surface_emitted`, which it empties. @param media whether the scene has some
   void resize(std::size_t slots, bool media = false);
   /// Adds light of one source to a part, and to the source's group.
   void add(std::vector<RGB>& part, std::size_t slot, RGB light, std::uint32_t source) {

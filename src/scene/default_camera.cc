@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/box_tree.h"
 #include "scene/placed_box.h"
 
 namespace glowworm {
@@ -24,22 +25,6 @@ enum class Side : std::uint8_t {
   solid,  ///< a surface that faces away
 };
 
-/// Whether a ray meets a box.
-bool meets(const Box3& box, Vec3 origin, Vec3 direction) {
-  float near = 0, far = std::numeric_limits<float>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const float low = box.min[axis] - origin[axis], high = box.max[axis] - origin[axis];
-    if (direction[axis] == 0) {
-      if (low > 0 || high < 0) return false;
-      continue;
-    }
-    const float a = low / direction[axis], b = high / direction[axis];
-    near = std::max(near, std::min(a, b));
-    far = std::min(far, std::max(a, b));
-  }
-  return near <= far;
-}
-
 /// The boxes of instances.
 std::vector<Box3> boxes_of_instances(const Geometry& geometry) {
   std::vector<Box3> meshes, out;
@@ -54,8 +39,9 @@ template <typename Use>
 void for_triangles_along(const Geometry& geometry, const std::vector<Box3>& boxes, Vec3 origin, Vec3 direction,
                          Use&& use) {
   for (std::uint32_t t = 0; t < geometry.triangles.size(); ++t) use(geometry.corners(t));
+  const Vec3 inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (!meets(boxes[i], origin, direction)) continue;
+    if (!meets_box(boxes[i], origin, inverse, std::numeric_limits<float>::infinity())) continue;
     const Geometry* mesh = geometry.meshes[geometry.instances[i].mesh].get();
     for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t)
       use(Geometry::corners({mesh, t, &geometry.instances[i]}));

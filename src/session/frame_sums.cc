@@ -68,8 +68,9 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
   if (!film_) {
     const PixelBounds bounds{0, 0, width, height};
     // With moments in any case, so that the filter may be turned on while the view rests.
-    reservation_ = std::make_unique<Reservation>(budget_, "image", Film::bytes(bounds, true, {.fine = true}, true));
-    film_.emplace(bounds, part == LightPart::indirect, true, PlaceLayers{.fine = true}, true);
+    reservation_ =
+        std::make_unique<Reservation>(budget_, "image", Film::bytes(bounds, true, {.surface_samples = true}, true));
+    film_.emplace(bounds, part == LightPart::indirect, true, PlaceLayers{.surface_samples = true}, true);
     diagnosis_.assign(pass.diagnosis.size(), RGB());
   }
   SlotRadiance& light = pass.radiance;
@@ -77,7 +78,7 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
   // The film itself knows indirect light as a part.
   if (part == LightPart::direct || part == LightPart::caustic) {
     leave_out(light.emitted);
-    leave_out(light.fine_emitted);
+    leave_out(light.surface_emitted);
     leave_out(light.indirect);
     leave_out(part == LightPart::direct ? light.caustic : light.direct);
   }

@@ -335,7 +335,7 @@ PassSettings Session::pass_settings(const ViewState& state, const FrameEffort& e
   pass.indirect = wants(LightPart::indirect);
   pass.caustic = wants(LightPart::caustic);
   pass.secondary_gather = state.secondary_gather && !(moving && settings_.adapt);
-  pass.patches = pass.fine = !moving && state.mode == ViewMode::gather;
+  pass.patches = pass.surface_samples = !moving && state.mode == ViewMode::gather;
   return pass;
 }
 

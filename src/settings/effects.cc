@@ -39,7 +39,7 @@ float sharpest_alpha(const Material& m) {
 bool makes_caustics(const Material& m) {
   const bool lets_through =
       m.kind == MaterialKind::dielectric || (m.kind == MaterialKind::metallic_roughness && m.transmission.value > 0);
-  return lets_through || sharpest_alpha(m) < kSharpAlpha;
+  return lets_through || sharpest_alpha(m) < kSpecularAlpha;
 }
 
 std::vector<bool> find_used(const Scene& scene) {
@@ -87,8 +87,8 @@ std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& 
     if (notes.size() - first == kMaxLines) {
       ++more;
     } else if (textured && m.kind != MaterialKind::dielectric) {
-      notes.push_back(
-          fmt::format("material \"{}\" {} where its texture has a roughness below {}", m.name, caustics, kSharpAlpha));
+      notes.push_back(fmt::format("material \"{}\" {} where its texture has a roughness below {}", m.name, caustics,
+                                  kSpecularAlpha));
     } else {
       notes.push_back(fmt::format("material \"{}\" (roughness {:.2g}) {}", m.name, sharpest_alpha(m), caustics));
     }

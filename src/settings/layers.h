@@ -14,11 +14,11 @@ inline constexpr std::size_t kMaxIdsOfPixel = 6;
 /// What a film keeps of the places that camera rays end at.
 struct PlaceLayers {
   bool position = false, uv = false, objects = false, materials = false;
-  SlotValues values = {};  ///< of the photons there
-  bool fine = false;       ///< emission and albedo by surface samples (gather/camera_pass.h)
-  bool medium = false;     ///< light of media, in scenes that have some
+  SlotValues values = {};        ///< of the photons there
+  bool surface_samples = false;  ///< emission and albedo by surface samples (gather/camera_pass.h)
+  bool medium = false;           ///< light of media, in scenes that have some
 
-  bool any() const { return of_triangles() || !values.empty() || fine || medium; }
+  bool any() const { return of_triangles() || !values.empty() || surface_samples || medium; }
   /// Whether FirstHit::triangle and barycentric are needed.
   bool of_triangles() const { return position || uv || objects || materials; }
   bool operator==(const PlaceLayers&) const = default;

@@ -99,7 +99,7 @@ std::string names_of(const PlaceLayers& layers) {
                                    {layers.uv, "uv"},
                                    {layers.objects, "object-id"},
                                    {layers.materials, "material-id"},
-                                   {layers.fine, "surface samples"}})
+                                   {layers.surface_samples, "surface samples"}})
     if (kept) names += names.empty() ? name : std::string(",") + name;
   for (std::size_t i = 0; i < kSlotValues; ++i)
     if (layers.values.has(i)) names += (names.empty() ? "" : ",") + std::string(kSlotValueNames[i]);

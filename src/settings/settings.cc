@@ -179,7 +179,7 @@ SampleRange RenderSettings::slice_range() const {
 
 PlaceLayers RenderSettings::place_layers() const {
   PlaceLayers out = places_for(aovs);
-  out.fine = filters(*this) && !of_points;
+  out.surface_samples = filters(*this) && !of_points;
   out.medium = media && separate_layers;
   return out;
 }

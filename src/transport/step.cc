@@ -10,7 +10,7 @@ bool leave(PathState& path, const Vertex& vertex, const ScatteredRay& sampled, R
   path.throughput *= weight;
   if (!sampled.valid || is_black(path.throughput)) return false;
   const SurfacePoint& point = vertex.point;
-  if (!sampled.straight) {
+  if (!sampled.is_null) {
     path.pdf = sampled.delta ? 0 : sampled.pdf;
     path.scattered_at = point.position;
   }

@@ -106,7 +106,7 @@ class ImageTracer {
       const ScatteredRay& lobe = lobes.ray[i];
       PathState next = path;
       if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf)) continue;
-      if (max_component(next.throughput) >= kLeastOfSun) follow(next, bent || !lobe.straight, bounces + 1);
+      if (max_component(next.throughput) >= kLeastOfSun) follow(next, bent || !lobe.is_null, bounces + 1);
     }
   }
 
@@ -148,7 +148,7 @@ std::vector<Vec3> SunImages::of(Vec3 to_sun) const {
 }
 
 bool is_smooth(const Scene& scene, std::uint32_t triangle, const Vertex& vertex) {
-  return scene.materials()[scene.geometry().material_of(triangle)].kind != MaterialKind::mix && vertex.has(kSharp) &&
+  return scene.materials()[scene.geometry().material_of(triangle)].kind != MaterialKind::mix && vertex.has(kSpecular) &&
          smooth_lobes(vertex).count > 0;
 }
 

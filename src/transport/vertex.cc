@@ -6,18 +6,18 @@ namespace glowworm {
 
 float broad_probability(const Vertex& vertex) {
   if (!vertex.has(kBroad)) return 0;
-  if (!vertex.has(kSharp)) return 1;
+  if (!vertex.has(kSpecular)) return 1;
   const ShadedSurface surface = vertex.surface();
   const float broad = luminance(surface.albedo(vertex.wo, kBroad)),
-              sharp = luminance(surface.albedo(vertex.wo, kSharp));
+              sharp = luminance(surface.albedo(vertex.wo, kSpecular));
   return broad + sharp > 0 ? broad / (broad + sharp) : 1;
 }
 
 SmoothLobes smooth_lobes(const Vertex& vertex) {
   constexpr float kAlmostOne = 0x1.fffffep-1f, kRounding = 1e-5f;
   const ShadedSurface surface = vertex.surface();
-  const ScatteredRay first = surface.sample(vertex.wo, 0, {0.5f, 0.5f}, kSharp),
-                     last = surface.sample(vertex.wo, kAlmostOne, {0.5f, 0.5f}, kSharp);
+  const ScatteredRay first = surface.sample(vertex.wo, 0, {0.5f, 0.5f}, kSpecular),
+                     last = surface.sample(vertex.wo, kAlmostOne, {0.5f, 0.5f}, kSpecular);
   if (!first.valid || !first.delta) return {};
   if (std::abs(first.pdf - 1) < kRounding) return {{first, {}}, 1};
   if (!last.valid || !last.delta || std::abs(first.pdf + last.pdf - 1) >= kRounding) return {};

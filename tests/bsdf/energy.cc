@@ -224,7 +224,7 @@ TEST(BsdfEnergy, OfDarkMetalIsThatOfOneFacet) {
 TEST(SlowBsdfEnergy, AlbedoIsNearTheMeanOfSamples) {
   for (const BsdfCase& c : bsdf_cases()) {
     for (const Vec3 wo : viewers()) {
-      for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSharp}) {
+      for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSpecular}) {
         if (!(lobes(c.bsdf) & lobe)) continue;
         const RGB claimed = albedo(c.bsdf, wo, lobe);
         const auto sampled = sampled_albedo(c.bsdf, wo, lobe, 4000);
@@ -265,7 +265,7 @@ TEST(BsdfLobes, AddUpToTheWhole) {
       const Vec3 wo = random_direction(2 * i), wi = random_direction(2 * i + 1);
       const RGB whole = evaluate(c.bsdf, wo, wi, kAllLobes), share = albedo(c.bsdf, wo, kAllLobes);
       RGB sum(0.0f), shares(0.0f);
-      for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSharp}) {
+      for (const Lobes lobe : {kDiffuseReflection, kDiffuseTransmission, kGlossy, kSpecular}) {
         const RGB f = evaluate(c.bsdf, wo, wi, lobe);
         EXPECT_TRUE((lobes(c.bsdf) & lobe) || is_black(f)) << c.name;
         sum += f;
@@ -280,11 +280,11 @@ TEST(BsdfLobes, AddUpToTheWhole) {
 }
 
 TEST(BsdfLobes, AreSharpBelowTheirThreshold) {
-  EXPECT_EQ(lobes(silver(0.079f)), kSharp);
+  EXPECT_EQ(lobes(silver(0.079f)), kSpecular);
   EXPECT_EQ(lobes(silver(0.081f)), kGlossy);
-  EXPECT_EQ(lobes(coated_diffuse(RGB(0.5f), 0)), kSharp | kDiffuseReflection);
+  EXPECT_EQ(lobes(coated_diffuse(RGB(0.5f), 0)), kSpecular | kDiffuseReflection);
   EXPECT_EQ(lobes(coated_diffuse(RGB(0.0f), 0.3f)), kGlossy);
-  EXPECT_EQ(lobes(coated_silver(0.3f, 0)), kGlossy | kSharp);
+  EXPECT_EQ(lobes(coated_silver(0.3f, 0)), kGlossy | kSpecular);
   EXPECT_EQ(lobes(metallic_roughness(RGB(0.5f), 0, 0.5f)), kGlossy | kDiffuseReflection);
 }
 

@@ -111,7 +111,7 @@ TEST(GltfCoat, OfAnotherNormalMirrorsAboutIt) {
   coat.coat = 1;
   coat.coat_normal = normalize({0.2f, 0, 1});
   const Vec3 wo = normalize({0.3f, 0.2f, 0.9f});
-  const BsdfSample s = sample(coat, wo, 0.5f, {0.5f, 0.5f}, kSharp, Transport::radiance);
+  const BsdfSample s = sample(coat, wo, 0.5f, {0.5f, 0.5f}, kSpecular, Transport::radiance);
   ASSERT_TRUE(s.valid && s.delta);
   EXPECT_NEAR(dot(s.wi, coat.coat_normal), dot(wo, coat.coat_normal), 1e-5f);
   EXPECT_NEAR(length(cross(s.wi + wo, coat.coat_normal)), 0, 1e-5f);
@@ -126,7 +126,7 @@ TEST(GltfCoat, OfAnyNormalIsASharpLobe) {
   for (int i = 0; i < 8; ++i) {
     const float azimuth = 2 * kPi * static_cast<float>(i) / 8;
     coat.coat_normal = normalize({std::cos(azimuth), std::sin(azimuth), 1});
-    EXPECT_EQ(lobes(coat), kSharp | kGlossy | kDiffuseReflection) << azimuth;
+    EXPECT_EQ(lobes(coat), kSpecular | kGlossy | kDiffuseReflection) << azimuth;
   }
 }
 

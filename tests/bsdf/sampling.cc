@@ -8,7 +8,7 @@
 namespace glowworm {
 namespace {
 
-const Lobes kMasks[] = {kAllLobes, kBroad, kGlossy, kSharp, kDiffuseReflection, kSharp | kDiffuseReflection};
+const Lobes kMasks[] = {kAllLobes, kBroad, kGlossy, kSpecular, kDiffuseReflection, kSpecular | kDiffuseReflection};
 
 /// Masks of different effect on a BSDF.
 std::vector<Lobes> masks_of(const Bsdf& bsdf) {

@@ -67,7 +67,7 @@ TEST(SlowShadedSurface, PassesTheTransmittanceOfPanesStraightOn) {
         for (int i = 0; i < kSamples; ++i) {
           const float u_lobe = (static_cast<float>(i) + 0.5f) / kSamples;
           const Vec2 u = sampler.next2();
-          if (const ScatteredRay s = surface.sample(wo, u_lobe, u, kAllLobes); s.valid && s.straight) {
+          if (const ScatteredRay s = surface.sample(wo, u_lobe, u, kAllLobes); s.valid && s.is_null) {
             EXPECT_LT(length(s.direction + wo), 1e-5f);
             by_paths += s.weight / kSamples;
           }
@@ -75,7 +75,7 @@ TEST(SlowShadedSurface, PassesTheTransmittanceOfPanesStraightOn) {
           const ArrivedPhoton arrived = surface.arrive(wo, u_mirror);
           if (!(arrived.factor > 0) || !(arrived.back == wo)) continue;
           const ScatteredRay s = surface.scatter_photon(arrived.back, u_lobe, u, u_mirror);
-          if (!s.valid || !s.straight) continue;
+          if (!s.valid || !s.is_null) continue;
           EXPECT_LT(length(s.direction + wo), 1e-5f);
           by_photons += s.weight * (arrived.factor / kSamples);
         }

@@ -21,7 +21,7 @@ struct FloorSquare {
   double pixel_area() const { return static_cast<double>(side) * side / pixels / pixels; }
 };
 
-/// Radiant exitance by caustics (light, sharp bounces, floor) of each pixel, W m^-2 of luminance.
+/// Radiant exitance by caustics (light, specular bounces, floor) of each pixel, W m^-2 of luminance.
 struct FloorLight {
   std::vector<double> exitance;
   double flux = 0;            ///< W leaving the square
@@ -29,7 +29,7 @@ struct FloorLight {
 };
 
 /// Follows light paths [first, last) of `paths` from the emissive triangles to the first surface with a broad lobe;
-/// those that had sharp bounces alone, at least one, count at a diffuse floor. Returns the sum of squares in
+/// those that had specular bounces alone, at least one, count at a diffuse floor. Returns the sum of squares in
 /// standard_error.
 inline FloorLight trace_caustic_paths(const Tracer& tracer, const FloorSquare& square, std::uint32_t first,
                                       std::uint32_t last, std::uint32_t paths) {

@@ -62,10 +62,10 @@ TEST_P(CameraPass, SurfaceSamplesFindTheSameEmissionAndAlbedo) {
   CameraPassSettings settings = settings_;
   Seen coarse, fine;
   camera_pass(tracer_, scene_.camera(""), whole, settings, coarse.radiance, coarse.first_hit, statistics_);
-  settings.fine = true;
+  settings.surface_samples = true;
   camera_pass(tracer_, scene_.camera(""), whole, settings, fine.radiance, fine.first_hit, statistics_);
   expect_same(coarse, fine);
-  EXPECT_TRUE(coarse.radiance.fine_emitted.empty());
+  EXPECT_TRUE(coarse.radiance.surface_emitted.empty());
   struct Moments {
     double mean = 0, variance = 0;  ///< of the mean
   };
@@ -84,8 +84,8 @@ TEST_P(CameraPass, SurfaceSamplesFindTheSameEmissionAndAlbedo) {
     const Moments of_a = moments(a), of_b = moments(b);
     EXPECT_NEAR(of_a.mean, of_b.mean, 4 * std::sqrt(of_a.variance + of_b.variance));
   };
-  expect_near(fine.first_hit.fine_albedo, fine.first_hit.albedo);
-  expect_near(fine.radiance.fine_emitted, fine.radiance.emitted);
+  expect_near(fine.first_hit.surface_albedo, fine.first_hit.albedo);
+  expect_near(fine.radiance.surface_emitted, fine.radiance.emitted);
 }
 
 TEST_P(CameraPass, MakesTheQueryPointsOfItsGatherPoints) {
@@ -124,7 +124,7 @@ TEST_P(CameraPass, SeesEachPixelByRaysThroughIt) {
     const std::uint32_t x = found.sequence[i] % 64, y = found.sequence[i] / 64;
     ASSERT_EQ(found.slot[i], (found.sample[i] - 5) * task_.pixel_count() + (y - 2) * 58 + (x - 3));
     const Vec3 away = found.position[i] - camera.to_world.translation;
-    // Points beyond sharp bounces lie elsewhere.
+    // Points beyond specular bounces lie elsewhere.
     const float depth = seen.first_hit.depth[found.slot[i]];
     if (!(found.throughput[i] == RGB(1.0f)) || std::abs(length(away) - depth) > 1e-4f * depth) continue;
     const CameraRay ray =
@@ -152,14 +152,14 @@ TEST(SurfaceSamples, SeeReflectionsWithoutNoise) {
     const Tracer tracer(scene);
     CameraPassSettings settings;
     settings.width = settings.height = 16;
-    settings.fine = true;
+    settings.surface_samples = true;
     Seen seen;
     Statistics statistics;
     camera_pass(tracer, scene.camera(""), CameraTask{0, 0, 16, 16, 0, 2}, settings, seen.radiance, seen.first_hit,
                 statistics);
-    for (const RGB& emitted : seen.radiance.fine_emitted) {
+    for (const RGB& emitted : seen.radiance.surface_emitted) {
       EXPECT_GT(emitted.g, 3);
-      EXPECT_NEAR(emitted.g, seen.radiance.fine_emitted[0].g, 0.02f * emitted.g);
+      EXPECT_NEAR(emitted.g, seen.radiance.surface_emitted[0].g, 0.02f * emitted.g);
     }
   }
 }
@@ -195,7 +195,7 @@ TEST(SurfaceSamples, FindTheLightOfDirectionalLights) {
   const auto direct_of = [&](bool suns) {
     CameraPassSettings settings;
     settings.width = settings.height = kSide;
-    settings.fine = true;
+    settings.surface_samples = true;
     settings.suns = suns;
     Seen seen;
     const GatherPoints points = camera_pass(tracer, scene.camera(""), CameraTask{0, 0, kSide, kSide, 0, kSamples},

@@ -106,16 +106,16 @@ TEST_F(RadTest, MaterialsHaveTheAlbedosOfTheManual) {
   expect("plastic m 0 0 5 .2 .4 .6 0 0", kAllLobes, {0.2f, 0.4f, 0.6f});
   expect("plastic m 0 0 5 .2 .4 .6 .1 .2", kDiffuseReflection, RGB(0.2f, 0.4f, 0.6f) * 0.9f);
   expect("plastic m 0 0 5 0 0 0 .1 .2", kReflected, RGB(0.1f), 0.95f);
-  expect("plastic m 0 0 5 0 0 0 .05 0", kSharp, RGB(0.05f), 1);
-  expect("metal m 0 0 5 .8 .6 .4 .7 0", kSharp, RGB(0.8f, 0.6f, 0.4f) * 0.7f, 1);
+  expect("plastic m 0 0 5 0 0 0 .05 0", kSpecular, RGB(0.05f), 1);
+  expect("metal m 0 0 5 .8 .6 .4 .7 0", kSpecular, RGB(0.8f, 0.6f, 0.4f) * 0.7f, 1);
   expect("metal m 0 0 5 .8 .6 .4 .7 .2", kDiffuseReflection, RGB(0.8f, 0.6f, 0.4f) * 0.3f);
   expect("trans m 0 0 7 .8 .6 .4 0 0 .5 0", kDiffuseTransmission, RGB(0.8f, 0.6f, 0.4f) * 0.5f);
   expect("trans m 0 0 7 .8 .6 .4 0 0 .5 0", kDiffuseReflection, RGB(0.8f, 0.6f, 0.4f) * 0.5f);
   expect("trans m 0 0 7 .8 .8 .8 .1 .1 .5 .4", kDiffuseTransmission, RGB(0.8f * 0.9f * 0.5f * 0.6f));
   expect("trans m 0 0 7 .8 .8 .8 .1 .1 .5 .4", kDiffuseReflection, RGB(0.8f * 0.9f * 0.5f));
-  expect("trans m 0 0 7 .8 .8 .8 .01 0 .5 .4", kSharp, RGB(0.01f + 0.8f * 0.99f * 0.5f * 0.4f), 1);
+  expect("trans m 0 0 7 .8 .8 .8 .01 0 .5 .4", kSpecular, RGB(0.01f + 0.8f * 0.99f * 0.5f * 0.4f), 1);
   expect("mirror m 0 0 3 .9 .9 .9", kAllLobes, RGB(0.9f), 0.2f);
-  expect("mirror m 0 0 3 .9 .6 .3", kSharp, {0.9f, 0.6f, 0.3f}, 1);
+  expect("mirror m 0 0 3 .9 .6 .3", kSpecular, {0.9f, 0.6f, 0.3f}, 1);
   expect("metal2 m 4 0 0 1 . 0 6 .8 .6 .4 .7 .1 .4", kDiffuseReflection, RGB(0.8f, 0.6f, 0.4f) * 0.3f);
 }
 

@@ -33,7 +33,7 @@ std::vector<MaterialCase> material_cases() {
   m.transmittance.value = {0.1f, 0.3f, 0.6f};
   cases.push_back({"diffuse_both_sides", m});
   for (const float alpha : {0.0f, 0.05f, 0.3f}) {
-    const std::string tail = alpha == 0 ? "_smooth" : alpha < kSharpAlpha ? "_sharp" : "_rough";
+    const std::string tail = alpha == 0 ? "_smooth" : alpha < kSpecularAlpha ? "_sharp" : "_rough";
     m = of_kind(MaterialKind::conductor, alpha);
     m.eta = {0.155f, 0.117f, 0.138f};
     m.k = {4.83f, 3.12f, 2.15f};

@@ -124,17 +124,18 @@ TEST(Filtered, RendersStopByTheErrorOfTheFilteredPicture) {
 
 /// A film of one pixel with the same first hit and light in each sample, and other emission and albedo by surface
 /// samples.
-Film pixel_with_surface_samples(std::uint32_t samples, RGB albedo, RGB fine_albedo, float emitted, float fine_emitted) {
-  Film film({0, 0, 1, 1}, false, true, {.fine = true}, true);
+Film pixel_with_surface_samples(std::uint32_t samples, RGB albedo, RGB surface_albedo, float emitted,
+                                float surface_emitted) {
+  Film film({0, 0, 1, 1}, false, true, {.surface_samples = true}, true);
   for (std::uint32_t i = 0; i < samples; ++i) {
     SlotRadiance radiance;
     radiance.resize(1);
     radiance.emitted[0] = RGB(emitted);
     radiance.indirect[0] = albedo;
-    radiance.fine_emitted = {RGB(fine_emitted)};
+    radiance.surface_emitted = {RGB(surface_emitted)};
     FirstHit hit;
     hit.albedo = {albedo};
-    hit.fine_albedo = {fine_albedo};
+    hit.surface_albedo = {surface_albedo};
     hit.normal = {Vec3{0, 0, 1}};
     hit.depth = {1.0f};
     film.add({0, 0, 1, 1, i, 1}, radiance, hit, Geometry());
@@ -147,13 +148,13 @@ TEST(Filtered, NoiseOfLampsIsThatOfSurfaceSamples) {
   constexpr std::uint32_t kPixels = kSide * kSide, kSamples = 8;
   // The lamp fills a quarter of a disk in a corner of the pixel.
   constexpr float kLamp = 8, kRadius = 0.6f, kShare = kPi / 4 * kRadius * kRadius;
-  Film film({0, 0, kSide, kSide}, false, true, {.fine = true}, true);
+  Film film({0, 0, kSide, kSide}, false, true, {.surface_samples = true}, true);
   for (std::uint32_t s = 0; s < kSamples; ++s) {
     SlotRadiance radiance;
     radiance.resize(kPixels);
-    radiance.fine_emitted.resize(kPixels);
+    radiance.surface_emitted.resize(kPixels);
     FirstHit hit;
-    hit.albedo = hit.fine_albedo = std::vector<RGB>(kPixels, RGB(0.5f));
+    hit.albedo = hit.surface_albedo = std::vector<RGB>(kPixels, RGB(0.5f));
     hit.normal.assign(kPixels, Vec3{0, 0, 1});
     hit.depth.assign(kPixels, 1.0f);
     for (std::uint32_t i = 0; i < kPixels; ++i) {
@@ -163,7 +164,7 @@ TEST(Filtered, NoiseOfLampsIsThatOfSurfaceSamples) {
       };
       radiance.emitted[i] = lamp(3, s);
       for (std::uint32_t k = 0; k < kSurfaceSamples; ++k)
-        radiance.fine_emitted[i] += lamp(4, s * kSurfaceSamples + k) * (1.0f / kSurfaceSamples);
+        radiance.surface_emitted[i] += lamp(4, s * kSurfaceSamples + k) * (1.0f / kSurfaceSamples);
     }
     film.add({0, 0, kSide, kSide, s, 1}, radiance, hit, Geometry());
   }

@@ -251,7 +251,7 @@ TEST(DirectionalLights, BringTheSameLightWithAndWithoutAFilter) {
     const Film plain = stage.render(settings);
     settings.filter = Filtering::automatic;
     const Film fine = stage.render(settings);
-    ASSERT_TRUE(fine.is_fine());
+    ASSERT_TRUE(fine.has_surface_samples());
     const auto mean_of = [&](const Film& film, Film::Layer layer) {
       double sum = 0;
       for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += luminance(film.mean(layer, i));

@@ -119,7 +119,7 @@ TEST(Medium, InterfacesLetAllLightPass) {
     SurfacePoint point = surface_point(scene, 0, {0.2f, 0.2f});
     const BsdfSample sample = glowworm::sample(resolve_bsdf(scene, point), point.frame.to_local(w), 0.9999f,
                                                {0.5f, 0.5f}, kAllLobes, Transport::radiance);
-    EXPECT_TRUE(sample.straight);
+    EXPECT_TRUE(sample.is_null);
     EXPECT_EQ(sample.weight, RGB(1.0f));
   }
 }
