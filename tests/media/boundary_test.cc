@@ -3,6 +3,7 @@
 
 #include "density/volume_map.h"
 #include "maps/medium_parts.h"
+#include "maps/volume_maps.h"
 #include "media/media_testing.h"
 
 namespace glowworm {
@@ -156,6 +157,23 @@ TEST_P(EvenBeams, AsPointsHaveTheNearestSideAsTheirWall) {
   for (std::size_t i = 0; i < photons.size(); ++i) {
     EXPECT_LT(length(kernels.walls[i] - expected[i]), 0.01f) << i;
     EXPECT_NEAR(photons.flux[i].g, 1, 1e-4) << i;
+  }
+}
+
+/// Beams below an optical thickness of 1/32 over half of the cube's diagonal.
+TEST(MediaMaps, HaveBeamsInVeryThinMediaAlone) {
+  const MediaPhotons photons{even_photons(1000), even_beams(1000)};
+  for (const bool thin : {true, false}) {
+    SceneDescription d;
+    d.media.push_back(medium_of(thin ? 0.01f : 0.03f, 1));
+    d.ambient_medium = 0;
+    add_box(d, {-1, -1, -1}, {1, 1, 1}, add_material(d, 0));
+    const Scene scene(std::move(d));
+    const Tracer tracer(scene);
+    Statistics statistics;
+    const VolumeMaps maps = make_media_maps(tracer, photons, IndexInputs(), false, statistics).all;
+    EXPECT_EQ(maps.bytes(), thin ? VolumeMap::photon_bytes(0) + VolumeMap::beam_bytes(1000)
+                                 : VolumeMap::photon_bytes(1000) + VolumeMap::beam_bytes(0));
   }
 }
 
