@@ -18,6 +18,8 @@ namespace {
 /// Points that are looked up together: they fit the second-level cache, and their photons a few megabytes.
 constexpr std::size_t kPointsAtOnce = 4096;
 constexpr std::size_t kSegmentsPerChunk = 4096;
+/// The largest radius over the one of evenly spread photons, as for photons on surfaces.
+constexpr float kMostOfEven = 4;
 /// Places of a disc that tell which part of it a point sees.
 constexpr std::size_t kPlaces = 64;
 
@@ -183,8 +185,7 @@ DiscTree air_discs(const Scene& scene, const PointGrid& grid, float radius) {
 }
 
 float most_air_radius(const Scene& scene, std::uint64_t photons, std::uint32_t nearest) {
-  // As for photons on surfaces.
-  return 4 * scene.radius() *
+  return kMostOfEven * scene.radius() *
          static_cast<float>(
              std::sqrt(static_cast<double>(nearest) / static_cast<double>(std::max<std::uint64_t>(photons, 1))));
 }
