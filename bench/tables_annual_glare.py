@@ -1,17 +1,16 @@
 #!/usr/bin/env python3
 """Times the glare of a year at views of the office of tables_year.py: bench/results/annual-glare.md.
 
-usage: tables_annual_glare.py [SCENES]      only the first of the two scenes, with 1
+usage: tables_annual_glare.py      only the first of the two scenes with SCENES=1 in the environment
 """
 import os
 import pathlib
 import platform
-import sys
 import tempfile
 
 from tables_year import ROOT, SCENES_OF_TABLE, office, run, write_weather
 
-SCENES = int(sys.argv[1]) if len(sys.argv) > 1 else 2
+SCENES = int(os.environ.get("SCENES", "2"))
 # Eyes at desks: towards the window, and along it.
 VIEWS = ("-vta -vp 3 1.2 4 -vd 0 0 1 -vu 0 1 0 -vh 180 -vv 180", "-vta -vp 3 1.2 6.5 -vd 1 0 0.3 -vu 0 1 0 -vh 180 -vv 180")
 
