@@ -48,7 +48,7 @@ PhotonWalk::PhotonWalk(const Tracer& tracer, const PhotonPassSettings& pass)
       crosses_media_(scene_.crosses_media()) {}
 
 void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const {
-  if (!crosses_media_) return keep_segment(path, length_to(hit), {}, chunk);
+  if (!crosses_media_) return keep_segment(path, {0, length_to(hit)}, path.throughput, {}, chunk);
   Sampler sampler(SamplerKind::sobol, pass_.seed,
                   hash_combine(hash_combine(kMediumStream, pass_.pass), static_cast<std::uint32_t>(bounce)),
                   path.number);
@@ -74,31 +74,49 @@ bool PhotonWalk::is_from_image(const LightPath& path) const {
                      [&](Vec3 image) { return SunImages::same(image, -path.ray.direction); });
 }
 
-/// Keeps the straight part of a path up to a length if it crosses discs of the pass.
-void PhotonWalk::keep_segment(const LightPath& path, float length, RGB absorption, PhotonChunk& chunk) const {
-  if (!pass_.discs || !leaves(pass_.choice, path.bounces) || is_from_image(path)) return;
-  const Ray& ray = path.ray;
+/// Keeps a straight piece of a path if it crosses discs of the pass.
+/// @param piece metres along the path's ray @param flux at its start
+void PhotonWalk::keep_segment(const LightPath& path, MediumSpan piece, RGB flux, RGB absorption,
+                              PhotonChunk& chunk) const {
+  if (piece.empty() || !pass_.discs || !leaves(pass_.choice, path.bounces) || is_from_image(path)) return;
+  const Vec3 origin = path.ray.origin + path.ray.direction * piece.first;
+  const float length = piece.last - piece.first;
   bool crosses = false;
-  pass_.discs->for_crossed(ray.origin, ray.direction, length, [&](const DiscCrossing&) {
+  pass_.discs->for_crossed(origin, path.ray.direction, length, [&](const DiscCrossing&) {
     crosses = true;
     return false;
   });
   if (!crosses) return;
-  chunk.segments.push_back({ray.origin, length, ray.direction, path.light, path.throughput, absorption});
+  chunk.segments.push_back({origin, length, path.ray.direction, path.light, flux, absorption});
   chunk.segment_path.push_back(path.in_chunk);
+}
+
+/// Keeps the way of a path through a medium that weakens it, and does not end it by chance, as segments.
+/// @param weight factor on its throughput, to the end
+void PhotonWalk::keep_weakened(const Medium& medium, const LightPath& path, float length, RGB weight,
+                               PhotonChunk& chunk) const {
+  const RGB before = path.throughput;
+  const MediumSpan inside = span_in(medium, path.ray.origin, path.ray.direction, 0, length);
+  if (inside.empty()) return keep_segment(path, {0, length}, before, {}, chunk);
+  keep_segment(path, {0, inside.first}, before, {}, chunk);
+  keep_segment(path, inside, before, medium.sigma_a, chunk);
+  keep_segment(path, {inside.last, length}, before * weight, {}, chunk);
 }
 
 /// Takes a path along a piece of its way, and keeps it as beams and a photon. @param medium null: vacuum
 MediumSample PhotonWalk::cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
                                      PhotonChunk& chunk) const {
   if (!medium) {
-    keep_segment(path, length, {}, chunk);
+    keep_segment(path, {0, length}, path.throughput, {}, chunk);
     return {};
   }
   const RGB before = path.throughput;
   const MediumSample sample = sample_medium(*medium, path.ray, length, before, sampler.next2());
   const float flown = sample.scatters ? sample.distance : length;
-  keep_segment(path, flown, is_black(medium->sigma_s) ? medium->sigma_a : RGB(0.0f), chunk);
+  if (is_homogeneous(*medium) && is_black(medium->sigma_s))
+    keep_weakened(*medium, path, length, sample.weight, chunk);
+  else
+    keep_segment(path, {0, flown}, before, {}, chunk);
   const bool is_stored =
       pass_.choice == PhotonChoice::all && !is_straight_from_lamp(path.bounces) && !is_black(medium->sigma_s);
   const RGB after = before * sample.weight;

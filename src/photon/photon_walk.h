@@ -23,7 +23,8 @@ class PhotonWalk {
 
  private:
   bool is_from_image(const LightPath& path) const;
-  void keep_segment(const LightPath& path, float length, RGB absorption, PhotonChunk& chunk) const;
+  void keep_segment(const LightPath& path, MediumSpan piece, RGB flux, RGB absorption, PhotonChunk& chunk) const;
+  void keep_weakened(const Medium& medium, const LightPath& path, float length, RGB weight, PhotonChunk& chunk) const;
   MediumSample cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
                            PhotonChunk& chunk) const;
   void store(const Medium& medium, const LightPath& path, float length, RGB scattered, float u,
