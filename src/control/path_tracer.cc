@@ -294,7 +294,7 @@ class PathPass {
         statistics_(statistics) {
     if (view.camera) camera_medium_ = camera_medium(tracer, *view.camera);
     if (maps && view.points && !view.points->on_surfaces && !view.points->delta_lights_apart)
-      images_.emplace(tracer.scene());
+      images_.emplace(SunImages::of_lights(tracer.scene()));
   }
 
   /// Traces all samples of a task.

@@ -188,7 +188,8 @@ class PassRenderer {
     const std::vector<AirPoint> places = air_points(points);
     add_air_light(tracer_, maps_.air(), places, out_.radiance, out_.radiance.caustic, statistics_);
     if (takes_delta_lights())
-      add_image_light(tracer_, SunImages(tracer_.scene()), places, out_.radiance, out_.radiance.caustic, statistics_);
+      add_image_light(tracer_, SunImages::of_lights(tracer_.scene()), places, out_.radiance, out_.radiance.caustic,
+                      statistics_);
   }
 
   /// Whether surface samples take directional lights in place of light samples.

@@ -28,7 +28,7 @@ Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
 /// PhotonWalk::images_ of a pass.
 std::vector<std::vector<Vec3>> images_of_suns(const Scene& scene, const PhotonPassSettings& pass) {
   if (!pass.discs || pass.choice == PhotonChoice::all) return {};
-  const SunImages images(scene);
+  const SunImages images = SunImages::of_lights(scene);
   if (images.empty()) return {};
   std::vector<std::vector<Vec3>> out(scene.light_power().size());
   for (std::size_t i = 0; i < scene.lights().size(); ++i)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "bsdf/bsdf.h"
 #include "transport/medium.h"
 #include "transport/roulette.h"
 #include "transport/step.h"
@@ -20,7 +21,7 @@ constexpr double kLeastSurface = 0.01;
 /// Normals that differ by less are one.
 constexpr float kNormalGrid = 1e-3f;
 /// The least share of the sun's light that is followed.
-constexpr float kLeastOfSun = 1e-3f;
+constexpr float kLeastOfSun = 1e-6f;
 
 /// Surfaces of one direction.
 struct FlatSurfaces {
@@ -77,6 +78,16 @@ std::vector<FlatSurfaces> flat_surfaces(const Scene& scene) {
 
 Vec3 mirrored(Vec3 v, Vec3 normal) { return v - normal * (2 * dot(v, normal)); }
 
+/// Irradiance across the parallel light that a smooth lobe sends towards the viewer, over the irradiance across the
+/// light that it takes. Refraction scales this by the cross section of the light, and not as radiance.
+/// @param lobe index into smooth_lobes()
+RGB passed_irradiance(const Vertex& vertex, std::size_t lobe) {
+  constexpr float kFirst = 0, kLast = 0x1.fffffep-1f;
+  const Vec3 view = vertex.surface().local_view(vertex.wo);
+  const BsdfSample s = sample(vertex.bsdf, view, lobe == 0 ? kFirst : kLast, {0.5f, 0.5f}, kSpecular, Transport::flux);
+  return s.weight * (s.pdf * std::abs(s.wi.z / view.z));
+}
+
 /// Follows the ways of a ray to the sun.
 class ImageTracer {
  public:
@@ -105,7 +116,7 @@ class ImageTracer {
     for (std::size_t i = 0; i < lobes.count; ++i) {
       const ScatteredRay& lobe = lobes.ray[i];
       PathState next = path;
-      if (!leave(next, vertex, lobe, lobe.weight * lobe.pdf)) continue;
+      if (!leave(next, vertex, lobe, passed_irradiance(vertex, i))) continue;
       if (max_component(next.throughput) >= kLeastOfSun) follow(next, bent || !lobe.is_null, bounces + 1);
     }
   }
@@ -121,6 +132,8 @@ class ImageTracer {
 }  // namespace
 
 SunImages::SunImages(const Scene& scene) {
+  const auto& media = scene.media();
+  if (std::any_of(media.begin(), media.end(), [](const Medium& medium) { return !is_homogeneous(medium); })) return;
   const std::vector<FlatSurfaces> surfaces = flat_surfaces(scene);
   if (surfaces.empty()) return;
   const auto add = [&](Reflection reflection) {
@@ -131,6 +144,10 @@ SunImages::SunImages(const Scene& scene) {
   for (const FlatSurfaces& first : surfaces)
     for (const FlatSurfaces& second : surfaces)
       if (&first != &second) add({first.normal, second.normal});
+}
+
+SunImages SunImages::of_lights(const Scene& scene) {
+  return scene.light_selector().has_directional() ? SunImages(scene) : SunImages();
 }
 
 std::vector<Vec3> SunImages::of(Vec3 to_sun) const {

@@ -15,10 +15,13 @@
 namespace glowworm {
 
 /// The images that the larger smooth surfaces of a scene may show: by one reflection, by two, and straight on through
-/// solid glass. A scene without smooth surfaces shows none.
+/// solid glass. A scene without smooth surfaces shows none. With media in grids, photons bring this light:
+/// transmittance() of a ray is an estimate there, the same in every pass.
 class SunImages {
  public:
   explicit SunImages(const Scene& scene);
+  /// For the scene's own directional lights: none if it has none with light.
+  static SunImages of_lights(const Scene& scene);
 
   bool empty() const { return reflections_.empty(); }
   /// Unit, from a point that sees the images. The first is straight towards the sun; no two are the same().
@@ -28,6 +31,8 @@ class SunImages {
   static bool same(Vec3 a, Vec3 b) { return squared_distance(a, b) < kTolerance * kTolerance; }
 
  private:
+  SunImages() = default;
+
   /// Radians. Images that are closer than twice this are one: so no light counts twice.
   static constexpr float kTolerance = 1e-3f;
   static float squared_distance(Vec3 a, Vec3 b) { return dot(a - b, a - b); }
@@ -41,8 +46,9 @@ class SunImages {
 /// same ways. Mixtures choose among their materials at random: not they.
 bool is_smooth(const Scene& scene, std::uint32_t triangle, const Vertex& vertex);
 
-/// Share of a sun's radiance that arrives at a point along `direction` after one bend at least, by is_smooth() surfaces
-/// alone; ways of less than a thousandth are left out. Colours of dispersive glass are taken together.
+/// Irradiance across the light of a sun that arrives at a point along `direction` after one bend at least, by
+/// is_smooth() surfaces alone, over the sun's own; ways of less than a millionth are left out. Colours of dispersive
+/// glass are taken together.
 /// @param medium around the point @param direction unit, from the point @param to_sun unit @param rays counts them
 RGB light_of_image(const Tracer& tracer, Vec3 origin, PathMedium medium, Vec3 direction, Vec3 to_sun,
                    std::uint64_t& rays);

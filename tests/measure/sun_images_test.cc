@@ -15,7 +15,7 @@
 namespace glowworm {
 namespace {
 
-constexpr float kMirror = 0.9f, kSun = 100;
+constexpr float kMirror = 0.9f, kSun = 100, kWater = 1.33f;
 constexpr Integrator kBoth[] = {Integrator::gather, Integrator::path};
 
 /// A black floor of 4 m at z = 0 below the sun from 45 degrees, from -x. Materials: floor, mirror, glass.
@@ -62,12 +62,12 @@ SceneDescription below_a_slab() {
 }
 
 /// Measured irradiance in air.
-Measurement measured(const SceneDescription& d, const Sensors& sensors, Integrator integrator) {
+Measurement measured(const SceneDescription& d, const Sensors& sensors, Integrator integrator, int photons = 5'000) {
   const auto scene = std::make_shared<const Scene>(d);
   RenderSettings s;
   s.integrator = integrator;
   s.samples = integrator == Integrator::path ? 256 : 8;
-  s.photons = 5'000;
+  s.photons = photons;
   s.gather = 64;
   Job job(scene, std::make_shared<const Tracer>(*scene), sensor_settings(s), nullptr, sensor_time(),
           std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
@@ -102,6 +102,50 @@ TEST(SunImages, TheSunPassesSolidGlassWithSharpBorders) {
     for (const std::size_t i : {0u, 3u}) EXPECT_EQ(m.irradiance[i].g, 0);
     for (const std::size_t i : {1u, 2u}) EXPECT_NEAR(m.irradiance[i].g, lit, 2e-3 * lit);
   }
+}
+
+/// Glass that passes 1 in 2000.
+TEST(SunImages, DarkGlassLosesNoLight) {
+  constexpr double kTint = 0.0225;
+  SceneDescription d = below_a_slab();
+  d.materials[2].transmittance.value = RGB(static_cast<float>(kTint));
+  const double lit = kSun * kTint * kTint * 0.96 * 0.96 / (1 - 0.04 * 0.04);
+  for (const Integrator by : kBoth)
+    EXPECT_NEAR(measured(d, sensors_at({0}, {0, 0, 1}), by).irradiance[0].g, lit, 1e-6 * kSun);
+}
+
+/// Water below z = 0.
+SceneDescription water() {
+  SceneDescription d = black_floor();
+  d.geometry = {};
+  d.materials[2].ior = kWater;
+  add_quad(d, {-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, 2);
+  d.lights[0].direction = {0, 0, -1};
+  return d;
+}
+
+/// Refraction spreads the light of a sun, and does not concentrate it as it does radiance.
+TEST(SunImages, TheSunReachesSensorsUnderWater) {
+  const double lit = kSun * 4 * kWater / ((1 + kWater) * (1 + kWater));
+  Sensors sensors;
+  sensors.add({0.1f, 0.2f, -0.3f}, {0, 0, 1});
+  for (const Integrator by : kBoth) EXPECT_NEAR(measured(water(), sensors, by).irradiance[0].g, lit, 1e-5 * lit);
+}
+
+TEST(SunImages, RefractionWidensTheLightOfTheSun) {
+  const Scene scene(water());
+  const Tracer tracer(scene);
+  constexpr double kSine = 0.8, kCosine = 0.6;
+  const double below = std::sqrt(1 - kSine * kSine / (kWater * kWater));
+  const double s = (kCosine - kWater * below) / (kCosine + kWater * below),
+               p = (kWater * kCosine - below) / (kWater * kCosine + below);
+  std::uint64_t rays = 0;
+  const float found =
+      light_of_image(tracer, {0, 0, -1}, {}, {static_cast<float>(kSine / kWater), 0, static_cast<float>(below)},
+                     {kSine, 0, kCosine}, rays)
+          .g;
+  const double passed = 1 - (s * s + p * p) / 2;
+  EXPECT_NEAR(found, passed * kCosine / below, 1e-5);
 }
 
 /// Two mirrors across given ways, the first 1 m from the origin, the second 2 m from there.
@@ -163,6 +207,55 @@ TEST(SunImages, LeaveCurvedMirrorsToPhotons) {
       EXPECT_NEAR(m.irradiance[i].g, light, 3 * error + 0.03 * light) << i;
     }
   }
+}
+
+/// Along a ray, by the middles of its steps.
+double optical_depth(const Medium& medium, Vec3 from, Vec3 direction, double length) {
+  constexpr int kSteps = 2000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i)
+    sum += medium_point(medium, from + direction * static_cast<float>((i + 0.5) / kSteps * length)).sigma_a.g;
+  return sum * length / kSteps;
+}
+
+/// Expects the light in the middle of a mirror's spot, in absorbing media, of photons.
+void expect_photons_of_a_mirror(const SceneDescription& d) {
+  EXPECT_TRUE(SunImages(Scene(d)).empty());
+  const Medium& medium = d.media[d.ambient_medium];
+  const Sensors sensors = sensors_at({0.75f}, {1, 0, 0});
+  const Vec3 seen = normalize({1, 0, 1}), at_mirror = sensors.position[0] + Vec3{0.25f, 0, 0.25f};
+  const double depth = optical_depth(medium, sensors.position[0], seen, 0.25 * std::sqrt(2.0)) +
+                       optical_depth(medium, at_mirror, {-seen.x, 0, seen.z}, 10);
+  const double lit = kSun * reflected(std::sqrt(0.5)) * std::sqrt(0.5) * std::exp(-depth);
+  const Measurement m = measured(d, sensors, Integrator::gather, 50'000);
+  EXPECT_LT(m.relative_error[0], 0.05);
+  EXPECT_NEAR(m.irradiance[0].g, lit, 3 * m.relative_error[0] * lit);
+}
+
+/// Rays estimate the transmittance of grids, the same in every pass. Photons differ.
+TEST(SunImages, LeaveMediaInGridsToPhotons) {
+  SceneDescription d = below_a_mirror();
+  d.media.resize(2);
+  for (Medium& medium : d.media) {
+    medium.sigma_a = RGB(0.3f);
+    medium.bounds = Box3{{-1.9f, -1.9f, -1}, {0.9f, 1.9f, 1.5f}};
+  }
+  EXPECT_FALSE(SunImages(Scene(d)).empty());
+  MediumGridValues values;
+  values.size = {2, 2, 2};
+  values.density = {1, 2, 1, 2, 3, 1, 3, 1};
+  d.media[1].grid = std::make_shared<const MediumGrid>(std::move(values));
+  for (const std::uint32_t ambient : {0u, 1u}) {
+    d.ambient_medium = ambient;
+    expect_photons_of_a_mirror(d);
+  }
+}
+
+TEST(SunImages, AreThoseOfTheSun) {
+  SceneDescription d = below_a_mirror();
+  EXPECT_FALSE(SunImages::of_lights(Scene(d)).empty());
+  d.lights[0].intensity = RGB(0.0f);
+  EXPECT_TRUE(SunImages::of_lights(Scene(d)).empty());
 }
 
 /// At hours between the places of the sun whose light is interpolated.
