@@ -50,6 +50,15 @@ std::string value_of(const RenderKey& key, const std::string& name) {
   return found == key.end() ? kUnknown : found->value;
 }
 
+/// The names of both keys, each once: those of `a` first.
+std::vector<std::string> names_of_both(const RenderKey& a, const RenderKey& b) {
+  std::vector<std::string> names;
+  for (const RenderKey* key : {&a, &b})
+    for (const KeyPart& part : *key)
+      if (std::find(names.begin(), names.end(), part.name) == names.end()) names.push_back(part.name);
+  return names;
+}
+
 bool is_of_scene(const std::string& name) {
   return name == kGeometry || name == kMaterialsOrTextures || name == kLights || name == kCamera || name == kPoints;
 }
@@ -167,29 +176,27 @@ void check_same_render(const RenderKey& own, const RenderKey& other, const std::
     if (value_of(own, what) != value_of(other, what))
       refuse_other_program(kept, what, value_of(own, what), value_of(other, what));
   std::vector<std::string> parts, settings, remedy;
-  for (const KeyPart& part : own) {
-    const std::string value = value_of(other, part.name);
-    if (value == part.value) continue;
-    if (part.name == kLayers)
-      throw Error(fmt::format("{} is of a render {} --aov", kept, value == "given" ? "with" : "without"),
-                  value == "given" ? "Give --aov with any of the layers, or remove the file to start again."
+  for (const std::string& name : names_of_both(own, other)) {
+    const std::string here = value_of(own, name), there = value_of(other, name);
+    if (here == there) continue;
+    if (name == kLayers)
+      throw Error(fmt::format("{} is of a render {} --aov", kept, there == "given" ? "with" : "without"),
+                  there == "given" ? "Give --aov with any of the layers, or remove the file to start again."
                                    : "Leave --aov out, or remove the file to start again: it holds no layers.");
-    if (part.name == kFirstSample)
-      throw Error(fmt::format("{} is of another part: it begins after {} samples, and this render after {}", kept,
-                              value, part.value),
-                  "Give the same --part again, or remove the file to start again.");
-    if (part.name == kSamplesOfSlices)
-      throw Error(fmt::format("{} is of a picture with motion blur and {} samples, not {}", kept, value, part.value),
+    if (name == kFirstSample)
+      throw Error(
+          fmt::format("{} is of another part: it begins after {} samples, and this render after {}", kept, there, here),
+          "Give the same --part again, or remove the file to start again.");
+    if (name == kSamplesOfSlices && here != kUnknown && there != kUnknown)
+      throw Error(fmt::format("{} is of a picture with motion blur and {} samples, not {}", kept, there, here),
                   "Give the same --samples again, or remove the file to start again.");
-    if (is_of_scene(part.name)) {
-      parts.push_back(part.name);
+    if (is_of_scene(name)) {
+      parts.push_back(name);
       continue;
     }
-    settings.push_back(fmt::format("{} is {} there and {} here", shown(part.name), value, part.value));
-    if (const std::string text = remedy_for(part.name, value, part.value); !text.empty()) remedy.push_back(text);
+    settings.push_back(fmt::format("{} is {} there and {} here", shown(name), there, here));
+    if (const std::string text = remedy_for(name, there, here); !text.empty()) remedy.push_back(text);
   }
-  // A bake has points, a picture has none.
-  if (value_of(own, kPoints) == kUnknown && value_of(other, kPoints) != kUnknown) parts.emplace_back(kPoints);
   if (!parts.empty())
     throw Error(fmt::format("{} is of another scene: its {} differ", kept, fmt::join(parts, ", ")),
                 "Give the scene as it was, with the same --camera, --view and --light, or remove the file to start "
@@ -221,11 +228,8 @@ void check_same_whole(const KeyOfFile& a, const KeyOfFile& b, bool mixed) {
   };
   if (value_of(a.key, kVersion) != value_of(b.key, kVersion))
     throw Error(both(kVersion), "Render all parts by one version of the program.");
-  std::vector<std::string> of_scene, settings, names;
-  for (const RenderKey* key : {&a.key, &b.key})
-    for (const KeyPart& part : *key)
-      if (std::find(names.begin(), names.end(), part.name) == names.end()) names.push_back(part.name);
-  for (const std::string& name : names) {
+  std::vector<std::string> of_scene, settings;
+  for (const std::string& name : names_of_both(a.key, b.key)) {
     if (value_of(a.key, name) == value_of(b.key, name)) continue;
     if (is_instruction_set(name)) {
       if (mixed) continue;

@@ -147,6 +147,15 @@ TEST_F(CheckpointTest, OtherScenesAreRejectedWithTheDifference) {
   key.push_back({"points", "0"});
   of_points.key = key_text(key);
   EXPECT_NE(refusal(scene, tracer, small_render(2, false), of_points).find("its points differ"), std::string::npos);
+  // A frame after another first one; samples of a part of the shutter.
+  for (const char* name : {"first moment", "samples of the shutter"}) {
+    Checkpoint of_sequence = checkpoint;
+    key = parse_key(checkpoint.key);
+    key.push_back({name, "1"});
+    of_sequence.key = key_text(key);
+    EXPECT_NE(refusal(scene, tracer, small_render(2, false), of_sequence).find(name + std::string(" is 1 there")),
+              std::string::npos);
+  }
   // The same scene under another name is the same scene.
   SceneDescription renamed = builtin_scene("cornell");
   renamed.name = "box";
