@@ -71,9 +71,8 @@ class GltfBuilder {
 
   SceneDescription build() {
     description_.name = std::filesystem::path(document_.path).stem().string();
-    for (const tinygltf::Material& material : model_.materials) material_info_.push_back(materials_.add(material));
     // The last one is for primitives without a material.
-    material_info_.push_back(materials_.add(tinygltf::Material()));
+    for (std::size_t i = 0; i <= model_.materials.size(); ++i) material_info_.push_back(materials_.add(i));
     description_.materials.back().name = "glTF default";
     // Skinned meshes need the transforms of all joints, so they follow after all nodes are placed.
     for (const int root : root_nodes()) place(root, TransformDouble{}, true, 0);
@@ -391,8 +390,7 @@ class GltfBuilder {
   const GltfMaterialInfo& tinted(std::size_t material) {
     const auto found = tinted_.find(material);
     if (found != tinted_.end()) return found->second;
-    const bool own = material < model_.materials.size();
-    return tinted_[material] = materials_.add(own ? model_.materials[material] : tinygltf::Material(), true);
+    return tinted_[material] = materials_.add(material, true);
   }
 
   void add_camera(const tinygltf::Node& node, const GltfLens& lens, const Transform& to_world) {

@@ -316,10 +316,10 @@ void GltfMaterials::set_volume(const tinygltf::Material& source, Material& mater
 
 namespace {
 
-/// Whether an animation moves what a material emits: then it is a lamp at moments when it is black, too, so that lamps
-/// have the same names at all moments.
-bool moves_emission(const GltfDocument& document, const tinygltf::Material& material) {
-  const std::string of_material = fmt::format("/materials/{}/", &material - document.model->materials.data());
+/// Whether an animation moves what a material of the file emits: then it is a lamp at moments when it is black, too, so
+/// that lamps have the same names at all moments.
+bool moves_emission(const GltfDocument& document, std::size_t material) {
+  const std::string of_material = fmt::format("/materials/{}/", material);
   return std::any_of(document.pointers.begin(), document.pointers.end(), [&](const GltfPointer& pointer) {
     return pointer.property.starts_with(of_material) && pointer.property.find("emissive") != std::string::npos;
   });
@@ -327,7 +327,7 @@ bool moves_emission(const GltfDocument& document, const tinygltf::Material& mate
 
 }  // namespace
 
-std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Material& material) {
+std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, bool is_moved, Material& material) {
   Emission emission;
   emission.name = material.name;
   emission.two_sided = source.doubleSided;
@@ -346,12 +346,15 @@ std::uint32_t GltfMaterials::add_emission(const tinygltf::Material& source, Mate
     material.normal_map = {};
   }
   emission.radiance.value = emission.radiance.value / document_.light_units.radiance;
-  if (is_black(emission.radiance.value) && !moves_emission(document_, source)) return kNone;
+  if (is_black(emission.radiance.value) && !is_moved) return kNone;
   description_.emissions.push_back(std::move(emission));
   return static_cast<std::uint32_t>(description_.emissions.size() - 1);
 }
 
-GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source, bool tinted) {
+GltfMaterialInfo GltfMaterials::add(std::size_t material_index, bool tinted) {
+  static const tinygltf::Material default_material;
+  const std::vector<tinygltf::Material>& all = document_.model->materials;
+  const tinygltf::Material& source = material_index < all.size() ? all[material_index] : default_material;
   held_.grow(material_bytes());
   uv_sets_ = {-1, -1};
   // Normal maps use the first set.
@@ -364,7 +367,7 @@ GltfMaterialInfo GltfMaterials::add(const tinygltf::Material& source, bool tinte
   if (tinted) material.reflectance.texture = times_vertex_color(material.reflectance.texture);
   set_alpha(source, material);
   GltfMaterialInfo info;
-  info.emission = add_emission(source, material);
+  info.emission = add_emission(source, moves_emission(document_, material_index), material);
   info.index = static_cast<std::uint32_t>(description_.materials.size());
   info.uv_sets = {std::max(0, uv_sets_.first), uv_sets_.second};
   description_.materials.push_back(std::move(material));

@@ -33,8 +33,10 @@ class GltfMaterials {
   GltfMaterials(const GltfDocument& document, TextureCache& textures, NoteCounter& notes,
                 SceneDescription& description);
 
-  /// Adds a material to the description. @param tinted whether vertex colours multiply its colour
-  GltfMaterialInfo add(const tinygltf::Material& source, bool tinted = false);
+  /// Adds a material of the file to the description, or glTF's default material.
+  /// @param material_index in the file; its number of materials or more: the default
+  /// @param tinted whether vertex colours multiply its colour
+  GltfMaterialInfo add(std::size_t material_index, bool tinted = false);
 
  private:
   /// A reference to a texture, of any type in glTF.
@@ -61,7 +63,8 @@ class GltfMaterials {
   void set_volume(const tinygltf::Material& source, Material& material);
   /// Gives a surface the medium of its KHR_materials_volume, and of KHR_materials_scatter, on its inside.
   void set_medium(const tinygltf::Material& source, const tinygltf::Value& volume, Material& material);
-  std::uint32_t add_emission(const tinygltf::Material& source, Material& material);
+  /// @param is_moved whether an animation moves what the material emits
+  std::uint32_t add_emission(const tinygltf::Material& source, bool is_moved, Material& material);
   bool use_uv_set(int set);
 
   const GltfDocument& document_;
