@@ -28,7 +28,7 @@ namespace glowworm {
 
 namespace {
 
-constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '2'};
+constexpr FileKind kShareFile = {'G', 'L', 'O', 'W', 'S', 'H', '0', '3'};
 
 std::string subfolder(const std::string& key) {
   ContentHash hash;
