@@ -4,8 +4,6 @@
 
 namespace glowworm {
 
-namespace {}  // namespace
-
 RadiusGrid::RadiusGrid(std::span<const Vec3> positions, std::span<const float> radii) {
   if (positions.empty()) return;
   for (const Vec3& p : positions) bounds_.grow(p);

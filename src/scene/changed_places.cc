@@ -97,10 +97,6 @@ std::vector<Box3> few_boxes(const std::vector<Box3>& boxes) {
   return out;
 }
 
-}  // namespace
-
-namespace {
-
 template <typename T>
 std::uint64_t array_bytes(const std::vector<T>& array) {
   return array.capacity() * sizeof(T);
