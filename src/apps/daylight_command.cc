@@ -23,6 +23,7 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
+#include "core/parallel.h"
 #include "core/text.h"
 #include "measure/annual_metrics.h"
 #include "measure/find_year.h"
@@ -259,15 +260,20 @@ int run_daylight(DaylightOptions& o) {
   catch_interrupts();
   std::vector<YearState> states;
   std::vector<float> relative_error;  // of the first state
-  for (std::size_t state = 0; state <= o.shades.size(); ++state) {
-    const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, files);
-    if (measures(o)) {
-      std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
-      if (!here) return kExitSignalled + caught_interrupt();
-      if (state == 0) relative_error = std::move(here->relative_error);
-      states.push_back(std::move(here->state));
+  try {
+    const CancellationScope scope(signal_interrupt());
+    for (std::size_t state = 0; state <= o.shades.size(); ++state) {
+      const ReadScene lit = state == 0 ? first : open_lit(o, o.shades[state - 1], inputs, files);
+      if (measures(o)) {
+        std::optional<FoundState> here = find_shown(o, lit, moved_sensors(sensors, *first.plain, *lit.plain), inputs);
+        if (!here) return kExitSignalled + caught_interrupt();
+        if (state == 0) relative_error = std::move(here->relative_error);
+        states.push_back(std::move(here->state));
+      }
+      if (!rate_state(o, lit, views, state, inputs, rated_views)) return kExitSignalled + caught_interrupt();
     }
-    if (!rate_state(o, lit, views, state, inputs, rated_views)) return kExitSignalled + caught_interrupt();
+  } catch (const Cancelled&) {
+    return kExitSignalled + caught_interrupt();
   }
   Year year;
   RatedYear rated;

@@ -1,5 +1,8 @@
 // `glowworm daylight`: a weather file in, tables out.
+#include <signal.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -10,18 +13,20 @@ namespace {
 
 class DaylightTest : public ProgramTest {
  protected:
-  /// Writes a floor, one sensor that faces up and one that faces the horizon, and a weather file of a day.
-  void write_inputs() const {
+  /// Writes a floor, one sensor that faces up and one that faces the horizon, and a weather file of 21 June and the
+  /// days after it.
+  void write_inputs(int days = 1) const {
     std::ofstream(path("floor.obj")) << "o floor\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
     std::ofstream(path("a.pts")) << "0 1 0 0 1 0\n0.5 1 0 0 0 1\n";
     std::ofstream epw(path("a.epw"));
     epw << "LOCATION,Munich,-,DEU,TEST,108660,48.13,11.70,1.0,529.0\n";
     for (int i = 2; i <= 7; ++i) epw << "HEADER\n";
     epw << "DATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31\n";
-    for (int hour = 1; hour <= 24; ++hour) {
+    for (int i = 0; i < 24 * days; ++i) {
+      const int hour = i % 24 + 1;
       const bool by_day = hour > 6 && hour < 19;
-      epw << "1999,6,21," << hour << ",60,?9?9,20,10,50,95000,1000,1300,350," << (by_day ? 600 : 0) << ','
-          << (by_day ? 500 : 0) << ',' << (by_day ? 200 : 0) << ",0,0\n";
+      epw << "1999,6," << 21 + i / 24 << ',' << hour << ",60,?9?9,20,10,50,95000,1000,1300,350," << (by_day ? 600 : 0)
+          << ',' << (by_day ? 500 : 0) << ',' << (by_day ? 200 : 0) << ",0,0\n";
     }
   }
 
@@ -32,6 +37,20 @@ class DaylightTest : public ProgramTest {
     return run(words);
   }
 };
+
+/// Rays to the actual suns follow the last Job.
+TEST_F(DaylightTest, InterruptAfterTheRoundsEndsAtOnceAndLeavesNothing) {
+  write_inputs(10);
+  std::ofstream points(path("b.pts"));
+  for (int i = 0; i < 50'000; ++i) points << "0 " << 0.5 + 1e-6 * i << " 0 0 1 0\n";
+  points.close();
+  Running program(folder_, {"daylight", "floor.obj", "--epw", "a.epw", "--points", "b.pts", "--samples", "4",
+                            "--gather", "1", "--photons", "2000", "--sun-step", "30", "-v", "-o", "y.csv"});
+  ASSERT_TRUE(program.wait_for_text("round 2:", 300));
+  program.send(SIGINT);
+  EXPECT_EQ(program.wait().status, 128 + SIGINT);
+  EXPECT_FALSE(std::filesystem::exists(path("y.csv")));
+}
 
 TEST_F(DaylightTest, WritesTheYearAndItsMetrics) {
   write_inputs();
