@@ -94,7 +94,8 @@ std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool help
   const double pixels = static_cast<double>(s.width) * s.height;
   const std::uint64_t guiding =
       guides ? std::max(bright_patch_bytes(photons), gather_guide_bytes(pixels, s.gather, s.of_points)) : 0;
-  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * kBytesPerPhoton + guiding + smallest_room(s);
+  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * bytes_per_photon(s.media) + guiding +
+         smallest_room(s);
 }
 
 /// The film of the picture; of one that another process has, none of its pixels.

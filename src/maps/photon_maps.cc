@@ -35,17 +35,17 @@ constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
 constexpr const char* kKeptPaths = "kept light paths";
 
 /// Memory for the photons of a pass. Throws Error if they do not fit: fewer photons would change the picture.
-std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, MemoryBudget& budget) {
+std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, bool media, MemoryBudget& budget) {
   constexpr double kMegabyte = 1e6;  // the unit of --memory
-  const std::uint64_t wanted = photons * kBytesPerPhoton, there = budget.available();
+  const std::uint64_t each = bytes_per_photon(media), wanted = photons * each, there = budget.available();
   if (wanted > there)
-    throw MemoryError(fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
-                                  "{:.0f}M left for it",
-                                  std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
-                                  std::floor(static_cast<double>(there) / kMegabyte)),
-                      fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
-                                  std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte),
-                                  there / kBytesPerPhoton));
+    throw MemoryError(
+        fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
+                    "{:.0f}M left for it",
+                    std::ceil(static_cast<double>(wanted) / kMegabyte), photons,
+                    std::floor(static_cast<double>(there) / kMegabyte)),
+        fmt::format("Give --memory {:.0f}M or more, or --photons {} or fewer, which is another picture.",
+                    std::ceil(static_cast<double>(budget.limit() - there + wanted) / kMegabyte), there / each));
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 
@@ -161,7 +161,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   air_.segments = {};
   reservation_.reset();
   const PhotonPassSettings wanted = pass_settings();
-  reservation_ = reserve_photons(wanted.photons, *budget_);
+  reservation_ = reserve_photons(wanted.photons, !tracer.scene().media().empty(), *budget_);
   pass_ = PhotonPass();
   {
     // Pilots, and photons that pass sensors, are part of this phase, too.
@@ -349,6 +349,22 @@ BrightPatches PhotonMaps::find_patches(const Tracer& tracer) const {
   const LargeVector<RGB> flux = global_.flux();
   const std::size_t step = (photons.size() + most - 1) / most;
   LitPlaces places;
+std::uint64_t bytes_per_photon(bool media) {
+  // Radius, place in the order, and factor.
+  constexpr std::uint64_t kBeside = 2 * sizeof(float) + sizeof(std::uint32_t);
+  // The global and the caustic map, and beside them one's corrected flux, policy and index.
+  const std::uint64_t on_surface = 3 * (bytes_each<PhotonBatch>() + kBeside) + sizeof(RGB) + 2 * sizeof(float);
+  if (!media) return on_surface;
+  // Points and beams as traced, and the points with their kernels; the flux of a group of lights, the index, and what
+  // sorts it: two lists, places and the keys along a curve.
+  const std::uint64_t of_index = sizeof(RGB) +
+                                 VolumeMap::photon_bytes(kVolumeBlock * kVolumeBlock) / (kVolumeBlock * kVolumeBlock) +
+                                 2 * sizeof(std::uint32_t) + sizeof(Vec3) + sizeof(std::uint64_t);
+  const std::uint64_t in_medium =
+      2 * bytes_each<VolumePhotons>() + bytes_each<VolumeBeams>() + bytes_each<PhotonKernels>() + of_index;
+  return std::max(on_surface, in_medium);
+}
+
   QueryPoints queries;
   for (std::size_t i = 0; i < photons.size(); i += step) {
     places.position.push_back(photons.position[i]);

@@ -86,6 +86,30 @@ TEST_F(SlowMemoryTest, CheckpointAndFilterGoToDiskWithTheFilm) {
   EXPECT_LT(continued["scene"].get<double>(), begun["scene"].get<double>() + 64e6);
 }
 
+TEST_F(SlowMemoryTest, PhotonsOfADenseMediumStayWithinTheBudget) {
+  const std::string scene = write("fog.pbrt", R"(LookAt 0 0 -5  0 0 0  0 1 0
+Camera "perspective"
+MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_s" [2 2 2] "rgb sigma_a" [0.2 0.2 0.2]
+WorldBegin
+Material "interface"
+MediumInterface "fog" ""
+Shape "sphere" "float radius" 1.5
+MediumInterface "fog" "fog"
+LightSource "point" "point3 from" [0 0.2 0]
+)");
+  const auto with = [&](const char* memory) {
+    return run({"render",   scene,    "--memory", memory,      "--disk", "never",    "--photons",
+                "1M",       "--size", "32x32",    "--samples", "1",      "--gather", "1",
+                "--filter", "off",    "-q",       "-o",        "a.exr",  "--stats",  "s.json"});
+  };
+  // As points, beams and their index they take 0.27 kB each.
+  EXPECT_TRUE(refused(with("250M"), {"photon map", "--memory"}));
+  const Outcome outcome = with("350M");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const nlohmann::json bytes = read_json("s.json")["memory_bytes"];
+  EXPECT_LE(bytes["peak_beside_scene"], bytes["budget"]) << bytes;
+}
+
 TEST_F(SlowMemoryTest, ManyLightGroupsGoToDisk) {
   std::string scene =
       "LookAt 0 3 8  0 0.8 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n" +
