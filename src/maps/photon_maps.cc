@@ -49,6 +49,13 @@ std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, bool media, 
   return std::make_unique<Reservation>(budget, "photon map", wanted);
 }
 
+/// Chosen photons for points in air, of `photons` for the whole scene. A guide sends most of them past the points, so a
+/// fifth of many photons for each point lies closer together than a picture's photons do without a guide.
+std::uint64_t photons_past(std::uint64_t points, std::uint64_t photons) {
+  constexpr std::uint64_t kEnough = 100'000, kShares = 5;
+  return std::min(photons, std::max(kEnough, photons / kShares) * std::min(points, kShares));
+}
+
 /// Photons in an estimate from a caustic map, which grows by this factor with the number of its photons.
 std::uint32_t caustic_estimate(std::uint32_t nearest, double growth) {
   // Blur and noise shrink together if radii shrink with the sixth root of the number of photons.
@@ -217,6 +224,8 @@ PhotonPass PhotonMaps::trace_all(const Tracer& tracer, PhotonPassSettings pass, 
 /// Traces the photons that pass points in air. If these are all photons, the pass has those on surfaces, too.
 void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics) {
   air_.nearest = photon_inputs(global_).nearest_in_air;
+  if (settings_.air_choice != PhotonChoice::all)
+    pass.photons = photons_past(settings_.in_air->position.size(), pass.photons);
   air_.most_radius = most_air_radius(tracer.scene(), pass.photons, air_.nearest);
   const DiscTree discs = air_discs(tracer.scene(), *settings_.in_air, air_.most_radius);
   pass.discs = &discs;
@@ -238,6 +247,7 @@ void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statis
 PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs,
                                     Statistics& statistics) {
   PhotonPassSettings wanted = pass_settings();
+  if (discs) wanted.photons = photons_past(settings_.in_air->position.size(), wanted.photons);
   wanted.choice = choice;
   wanted.discs = discs;
   wanted.importance = nullptr;
@@ -339,16 +349,6 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   *building_ = true;
 }
 
-std::uint64_t bright_patch_bytes(std::uint64_t photons) { return std::min(kMaxLitPlaces, photons) * kBytesPerLitPlace; }
-
-BrightPatches PhotonMaps::find_patches(const Tracer& tracer) const {
-  if (global_.count() == 0) return {};
-  const std::uint64_t most = std::min<std::uint64_t>(kMaxLitPlaces, global_.count());
-  const Reservation reservation(*budget_, "bright patches", bright_patch_bytes(global_.count()));
-  const PhotonBatch& photons = global_.photons().batch;
-  const LargeVector<RGB> flux = global_.flux();
-  const std::size_t step = (photons.size() + most - 1) / most;
-  LitPlaces places;
 std::uint64_t bytes_per_photon(bool media) {
   // Radius, place in the order, and factor.
   constexpr std::uint64_t kBeside = 2 * sizeof(float) + sizeof(std::uint32_t);
@@ -365,6 +365,16 @@ std::uint64_t bytes_per_photon(bool media) {
   return std::max(on_surface, in_medium);
 }
 
+std::uint64_t bright_patch_bytes(std::uint64_t photons) { return std::min(kMaxLitPlaces, photons) * kBytesPerLitPlace; }
+
+BrightPatches PhotonMaps::find_patches(const Tracer& tracer) const {
+  if (global_.count() == 0) return {};
+  const std::uint64_t most = std::min<std::uint64_t>(kMaxLitPlaces, global_.count());
+  const Reservation reservation(*budget_, "bright patches", bright_patch_bytes(global_.count()));
+  const PhotonBatch& photons = global_.photons().batch;
+  const LargeVector<RGB> flux = global_.flux();
+  const std::size_t step = (photons.size() + most - 1) / most;
+  LitPlaces places;
   QueryPoints queries;
   for (std::size_t i = 0; i < photons.size(); i += step) {
     places.position.push_back(photons.position[i]);

@@ -27,9 +27,6 @@ constexpr std::uint32_t kLeastMappedPaths = 256;
 constexpr std::uint32_t kPilotPasses = 4, kLeastPasses = 8, kMostPasses = 64, kRaysOfPass = 1024;
 /// Photons of a pass: one of so many gather rays, within bounds. Passes average the noise of their maps.
 constexpr double kRaysPerPhoton = 4, kLeastPhotonsOfPass = 20'000, kMostPhotonsOfPass = 250'000;
-/// Photons for each of a few sensors, if mirrors or glass bend light without size. A guide sends most of them past the
-/// sensors, closer together than the usual number of a picture would be without a guide.
-constexpr std::uint64_t kPhotonsPastSensor = 100'000, kMostSensorsByTheirNumber = 4;
 /// Work in gather rays, which take about as long as photons: of a vertex of a path, and of the guides of photons and
 /// gather rays.
 constexpr double kVertexWork = 0.5, kGuideWork = 500'000;
@@ -138,13 +135,8 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   if (asked.integrator != Integrator::gather || asked.photons > 0 || asked.gather > 0 || asked.nearest > 0 ||
       asked.indirect_only)
     return usual_plan(asked, "");
-  if (bends_delta_lights(*scene, false)) {
-    SensorPlan plan = usual_plan(asked, "photons, because mirrors or glass bend light of lamps without size");
-    const std::uint64_t sensors = grid.normal.size();
-    if (sensors <= kMostSensorsByTheirNumber && !grid.on_surfaces && !(asked.noise_target > 0))
-      plan.settings.photons = kPhotonsPastSensor * sensors;
-    return plan;
-  }
+  if (bends_delta_lights(*scene, false))
+    return usual_plan(asked, "photons, because mirrors or glass bend light of lamps without size");
   double seconds = 0;
   const Stage stage{scene, tracer, std::make_shared<const PointGrid>(pilot_grid(grid)), wait, seconds};
   const double error = asked.noise_target > 0 ? asked.noise_target : kSensorError;
