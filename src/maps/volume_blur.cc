@@ -22,11 +22,15 @@ constexpr float kWider = 2;
 /// transmittance by (sigma_t r)^2 / 6 to second order: by no more than this where radii grow.
 constexpr double kMostShift = 0.005;
 
-/// Some of the elements of a medium, evenly.
-std::vector<std::uint32_t> some_of(std::span<const std::uint32_t> medium, std::uint32_t wanted, std::size_t most) {
-  std::vector<std::uint32_t> all;
-  for (std::uint32_t i = 0; i < medium.size(); ++i)
-    if (medium[i] == wanted) all.push_back(i);
+/// The elements of each medium.
+std::vector<std::vector<std::uint32_t>> elements_of_media(std::span<const std::uint32_t> medium, std::size_t media) {
+  std::vector<std::vector<std::uint32_t>> out(media);
+  for (std::uint32_t i = 0; i < medium.size(); ++i) out[medium[i]].push_back(i);
+  return out;
+}
+
+/// Some of the elements, evenly.
+std::vector<std::uint32_t> some_of(std::span<const std::uint32_t> all, std::size_t most) {
   const std::size_t step = (all.size() + most - 1) / std::max<std::size_t>(most, 1);
   std::vector<std::uint32_t> some;
   for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
@@ -113,9 +117,11 @@ std::vector<float> best_radius_factors(const Tracer& tracer, const MediaPhotons&
                                        const PhotonKernels& kernels) {
   const std::span<const Medium> media = tracer.scene().media();
   std::vector<float> out(media.size(), 1.0f);
+  const auto beams_of = elements_of_media(photons.beams.medium, media.size()),
+             points_of = elements_of_media(photons.points.medium, media.size());
   for (std::uint32_t m = 0; m < media.size(); ++m) {
-    const std::vector<std::uint32_t> lines = some_of(photons.beams.medium, m, kMostBeams),
-                                     some = some_of(photons.points.medium, m, kMostPoints);
+    const std::vector<std::uint32_t> lines = some_of(beams_of[m], kMostBeams),
+                                     some = some_of(points_of[m], kMostPoints);
     if (some.empty() || lines.empty()) continue;
     VolumePhotons points = photons.points.permuted(some);
     PhotonKernels with_walls = kernels.permuted(some);
@@ -124,10 +130,8 @@ std::vector<float> best_radius_factors(const Tracer& tracer, const MediaPhotons&
     parallel_for_each(lines.size(), 1, [&](std::size_t i) {
       light[i] = light_along(photons.beams, lines[i], media[m].g, points, with_walls);
     });
-    const auto of_medium =
-        static_cast<double>(std::count(photons.points.medium.begin(), photons.points.medium.end(), m));
-    out[m] = std::min(best_factor(light, static_cast<double>(some.size()) / of_medium),
-                      most_factor(media[m], points, with_walls));
+    const double share = static_cast<double>(some.size()) / static_cast<double>(points_of[m].size());
+    out[m] = std::min(best_factor(light, share), most_factor(media[m], points, with_walls));
   }
   return out;
 }
