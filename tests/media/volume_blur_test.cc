@@ -64,9 +64,10 @@ struct Waves {
   }
 };
 
-Scene cube_of_air() {
+/// @param sigma_t of its air, m^-1
+Scene cube_of_air(float sigma_t = 0) {
   SceneDescription d;
-  Medium medium = medium_of(0, 0);
+  Medium medium = medium_of(sigma_t, 1);
   medium.bounds = Box3{{-1, -1, -1}, {1, 1, 1}};
   d.media.push_back(medium);
   d.ambient_medium = 0;
@@ -95,6 +96,25 @@ TEST(BestRadiusFactors, MakeTheErrorLeast) {
     for (const double error : tried) EXPECT_LT(chosen, 1.2 * error) << waves;
     EXPECT_LT(most, 1.25 * least) << waves;
   }
+}
+
+/// Even light asks for the widest radii. In a cube four free paths thick they change the transmittance within them by
+/// no more than 0.5%: by (sigma_t r)^2 / 6.
+TEST(BestRadiusFactors, AreLimitedByTheFreePath) {
+  const Waves even(0, 0, 100'000, 0);
+  const PhotonKernels kernels = volume_photon_kernels(even.photons.points, 16);
+  double radius = 0;
+  for (const float r : kernels.radii) radius += r / static_cast<double>(kernels.size());
+  const auto factor = [&](float sigma_t) {
+    const Scene scene = cube_of_air(sigma_t);
+    return best_radius_factors(Tracer(scene), even.photons, kernels)[0];
+  };
+  const float free = factor(0), limited = factor(2);
+  EXPECT_GT(std::pow(2 * radius * double{free}, 2) / 6, 0.0075);
+  EXPECT_NEAR(std::pow(2 * radius * double{limited}, 2) / 6, 0.005, 0.0002);
+  EXPECT_GT(limited, 1);
+  // Nor do they shrink where they are wider than that.
+  EXPECT_EQ(factor(8), 1);
 }
 
 TEST(BestRadiusFactors, AreOneWithoutPoints) {
