@@ -21,7 +21,7 @@ struct Picture {
     /// Letters of the channels: "RGB" of colours, "XYZ" of vectors, "Z" of depth.
     std::string channels;
     /// height * width * channels.size(): row by row from the top, the channels of a pixel side by side. Radiance in
-    /// W sr^-1 m^-2, depth in metres.
+    /// W sr^-1 m^-2, depth in metres, positions in metres from metadata "glowworm:origin".
     std::vector<float> samples;
   };
   int width = 0, height = 0;              ///< pixels

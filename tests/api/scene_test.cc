@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <span>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -295,6 +296,13 @@ gw::Scene square_at(gw::Vec3 place) {
 
 /// Far from the origin the same bits, and places of the caller's coordinates. The distance is such that all places
 /// are exact there.
+/// What the layer `position` of a picture is relative to.
+gw::Vec3 origin_of(const gw::Picture& picture) {
+  gw::Vec3 origin;
+  std::istringstream(picture.metadata.at("glowworm:origin")) >> origin.x >> origin.y >> origin.z;
+  return origin;
+}
+
 TEST(Api, PlacesAreTheCallersFarFromTheOrigin) {
   const gw::Vec3 far{262'144.5f, -131'072.25f, 524'288};
   const gw::Scene here = square_at({0, 0, 0}), there = square_at(far);
@@ -311,8 +319,9 @@ TEST(Api, PlacesAreTheCallersFarFromTheOrigin) {
     const std::vector<float>& places = picture.layer("position").samples;
     const std::vector<float>& places_there = picture_there.layer("position").samples;
     ASSERT_NE(places[3 * 27], 0);
-    EXPECT_EQ(places_there[3 * 27], places[3 * 27] + far.x);
-    EXPECT_EQ(places_there[3 * 27 + 2], places[3 * 27 + 2] + far.z);
+    const gw::Vec3 origin = origin_of(picture), origin_there = origin_of(picture_there);
+    EXPECT_EQ(places_there[3 * 27] + origin_there.x, places[3 * 27] + origin.x + far.x);
+    EXPECT_EQ(places_there[3 * 27 + 2] + origin_there.z, places[3 * 27 + 2] + origin.z + far.z);
   }
   const std::vector<gw::Vec3> at{{0.25f, 0.5f, 0}, {-0.5f, 0.125f, 0}}, up{{0, 0, 1}, {0, 0, 1}};
   const std::vector<gw::Vec3> at_there = moved(at, far), above = moved(at, {0, 0, 1}), above_there = moved(above, far);
