@@ -40,7 +40,7 @@ LayerWriter rgb_row(const char* name, Layer layer) {
 LayerWriter vector_row(const char* name, Layer layer) {
   return {name, [name, layer](Image& image, const Source& from) {
             std::vector<Vec3> pixels;
-            for (const RGB& mean : means(from.film, layer)) pixels.emplace_back(mean.r, mean.g, mean.b);
+            for (const RGB& mean : means(from.film, layer)) pixels.push_back({mean.r, mean.g, mean.b});
             image.add_vec3(name, pixels);
           }};
 }
