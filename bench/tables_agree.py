@@ -29,6 +29,7 @@ SUN = 'LightSource "distant" "rgb L" [500 500 500] "point3 from" [%s] "point3 to
 MIRROR = 'Material "conductor" "rgb reflectance" [%g %g %g] "float roughness" 0\n'
 GLASS = 'Material "dielectric" "float eta" 1.5\n'
 RADIUS, LENGTH, REFLECTANCE = 0.15, 3, 0.95  # of the pipe
+INNER = 0.98 * RADIUS  # places beside the facets do not count
 FACETS = 64
 SENSORS = 300
 # Name and options of each way to measure, and of each to render.
@@ -86,10 +87,10 @@ def sunny_blinds():
 
 
 def share_of_pipe(reflectance):
-    """Transmittance of a round pipe under an even sky, of mirrors with a reflectance by cosine."""
+    """Transmittance of a round pipe of mirrors, under an even sky, to what is inside INNER. reflectance: by cosine"""
     numbers = np.random.default_rng(1)
     count = 2_000_000
-    r, sin2 = RADIUS * np.sqrt(numbers.random(count)), numbers.random(count)
+    r, sin2 = INNER * np.sqrt(numbers.random(count)), numbers.random(count)
     turn = 2 * math.pi * numbers.random(count)
     sine, cosine = np.sqrt(sin2), np.sqrt(1 - sin2)
     across = LENGTH * sine / cosine  # way in the plan
@@ -124,7 +125,7 @@ CASES = (
 
 def inside(x, z, half):
     """Whether a place counts: pipes are round."""
-    return half != RADIUS or x * x + z * z < (0.98 * RADIUS) ** 2
+    return half != RADIUS or x * x + z * z < INNER**2
 
 
 def measured(folder, case, options, seed):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times the glare of a year at views of the office of tables_year.py: bench/results/annual-glare.md.
 
-usage: tables_annual_glare.py      only the first of the two scenes with SCENES=1 in the environment
+usage: tables_annual_glare.py
 """
 import os
 import pathlib
@@ -10,7 +10,6 @@ import tempfile
 
 from tables_year import ROOT, SCENES_OF_TABLE, office, run, write_weather
 
-SCENES = int(os.environ.get("SCENES", "2"))
 # Eyes at desks: towards the window, and along it.
 VIEWS = ("-vta -vp 3 1.2 4 -vd 0 0 1 -vu 0 1 0 -vh 180 -vv 180", "-vta -vp 3 1.2 6.5 -vd 1 0 0.3 -vu 0 1 0 -vh 180 -vv 180")
 
@@ -21,7 +20,7 @@ def main():
         folder = pathlib.Path(name)
         write_weather(folder / "made.epw")
         (folder / "desks.vf").write_text("".join(f"rvu {view}\n" for view in VIEWS), encoding="utf-8")
-        for label, tilt, slats in SCENES_OF_TABLE[:SCENES]:
+        for label, tilt, slats in SCENES_OF_TABLE:
             scene, table = folder / f"s{slats}.obj", folder / f"g{slats}.csv"
             office(tilt, slats).write(scene)
             wall, spent, memory = run("daylight", scene, "--epw", folder / "made.epw", "--views", folder / "desks.vf",

@@ -49,10 +49,10 @@ Written by `bench/tables_furnace.py`. A plane that absorbs nothing, or a ball of
 sides. It should be 1. For each integrator: mean over the pixels of a picture that sees the plane at angles of 25 to 65
 degrees, over renders of different seeds, and its standard error by their spread. For bakes: the same over the texels.
 '-' is a material that bakes leave as it is, or an engine without photons, since none is stored on glass. Gather rays find
-light here, not photons, so two engines show the photons directly. What the photons of a seed are too many by, as they are
-on a diffuse plane, is subtracted where that makes the spread smaller.
+light here, not photons, so two engines show the photons directly. A seed's excess
+of photons, measured on a diffuse plane, is subtracted where that makes the spread smaller.
 
-%d of %d cells are further from 1 than 0.5%% and three standard errors.
+%d of %d cells are further from 1 than 0.5%% and two standard errors.
 
 | material | alpha | %s |
 | --- | ---: | %s |
@@ -211,7 +211,7 @@ def pictured(column, scene, seed, **own):
 
 @functools.cache
 def by_chance(column, seed):
-    """By how much the photons of a seed are too many, as the mean of a diffuse plane tells."""
+    """The excess of a seed's photons, by the mean of a diffuse plane."""
     with tempfile.TemporaryDirectory() as folder:
         return pictured(column, scene_of(file_of(folder, MATERIALS[DIFFUSE], 0)), seed) - 1
 
@@ -240,7 +240,7 @@ def row_of(name, alpha):
             found = measured(column, name, scene, path, folder)
             cells.append("-" if found is None else "%.4f +- %.4f" % found)
             if found is not None:
-                off.append(abs(found[0] - 1) > 0.005 + 3 * found[1])
+                off.append(abs(found[0] - 1) > 0.005 + 2 * found[1])
     return f"| {name} | {alpha} | {' | '.join(cells)} |", off
 
 

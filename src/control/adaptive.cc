@@ -117,7 +117,7 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
       const Square& square = all[squares.index(column, row)];
       if (square.pixels == 0 || square.samples >= most) continue;
       const double n = square.samples;
-      // Squares with less than a quarter of the mean are always chosen.
+      // Squares with less than a quarter of the mean number of samples are always chosen.
       const bool is_behind = n < 0.25 * done / pixels;
       behind += is_behind;
       candidates.push_back({squares.index(column, row), is_behind ? std::numeric_limits<double>::infinity()
@@ -125,7 +125,7 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
     }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.gain > b.gain; });
-  // Each round ends with a filtered picture, so it should have some squares.
+  // Each round ends with a filtered picture, so it has a 64th of the squares at least.
   const std::size_t least = std::max(behind, static_cast<std::size_t>(1.0 / 64 * static_cast<double>(all.size())));
   SquareSamples wanted(candidates.empty() ? 0 : all.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = all[i].samples;

@@ -418,7 +418,7 @@ SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
   const DiskMemory::Scope scope(disk_.get());
   const double target = noise_of_samples(), start = seconds();
   const std::uint32_t most = settings_.sample_range().count();
-  // A choice pays only if samples follow.
+  // A choice pays only if samples follow, so it may take a quarter of the time left.
   SquareSamples next;
   if (choice_s > 0.25 * time_.left_s()) {
     next = even_round(film_, most);

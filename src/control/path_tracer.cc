@@ -241,7 +241,7 @@ class Path {
   }
 
   void add_lookup(const Vertex& vertex) {
-    // Surfaces of the shortest path of a light that photons bring, beyond the one that is looked up.
+    // Light that photons bring has met one surface at least before the one that is looked up.
     if (!lookups_ || !vertex.has(kBroad) || bounce_ + 1 >= settings_.max_bounces) return;
     add_query(history_.gathered ? lookups_->indirect : lookups_->caustic, vertex, state_.throughput, slot_);
   }
@@ -299,7 +299,7 @@ class PathPass {
 
   /// Traces all samples of a task.
   void trace(const CameraTask& task, std::size_t first_slot) {
-    // The query points of so many samples fit the memory of a thread's rays (kBytesPerThread).
+    // The query points of 4096 samples fit the memory of a thread's rays (kBytesPerThread).
     const std::size_t at_once = maps_ ? 4096 : task.slot_count();
     for (std::size_t first = 0; first < task.slot_count(); first += at_once) {
       trace(task, first_slot, first, std::min(first + at_once, task.slot_count()));

@@ -53,7 +53,7 @@ std::uint64_t most_timed_queries(const RenderSettings& settings) {
 
 /// Query points of a portion: those of a sample, and so many that photons which find none do not dominate.
 std::uint64_t query_batch_size(const RenderSettings& settings) {
-  // From this number on, its leaves have their largest size.
+  // With 5 query points a photon, leaves of the blocked engine have their largest size.
   const std::uint64_t per_photon = engine_traits(settings.engine).goes_over_photons ? 5 : kFewQueriesPerPhoton;
   return std::min(
       std::max({settings.bounds.pixel_count() * settings.gather, per_photon * settings.photons, kMinQueries}),
@@ -183,7 +183,7 @@ TileSize tile_size(const Schedule& schedule, const RenderSettings& settings, std
   const std::uint64_t slots = std::max(schedule.slots_at_once / sample_count, kMinSlots);
   const PixelBounds part = tiled_bounds(settings);
   const auto width = static_cast<std::uint64_t>(part.width());
-  // Tiles span the whole width unless they would be lower than this.
+  // Tiles span the whole width if they are at least 64 pixels high.
   const bool bands = slots / width >= 64;
   const int side = static_cast<int>(std::sqrt(static_cast<double>(slots)));
   const int most_height = bands ? static_cast<int>(std::min<std::uint64_t>(slots / width, 1u << 20)) : side;

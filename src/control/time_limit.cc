@@ -38,7 +38,7 @@ void TimeLimit::rehearse(bool has_image, double share, const std::function<void(
   // Rises at once and falls slowly: a short rehearsal may have had more of the machine than the whole will have.
   const double measured = (end - start) / share;
   finish_s_ = std::max(measured, 0.5 * (finish_s_ + measured));
-  // Rehearsals take at most this share of the time.
+  // Rehearsals take at most a fiftieth of the time.
   next_rehearsal_s_ = end + (end - start) / 0.02;
   had_image_ = has_image;
 }

@@ -39,13 +39,13 @@ double find_threshold(const LitPlaces& places) {
   double bright_area = 0, bright_moment = 0, threshold = std::numeric_limits<double>::infinity();
   for (const std::size_t i : order) {
     bright_area += static_cast<double>(places.flux[i]) / places.irradiance[i];
-    // Patches cover at most this share of the lit area, so that few rays need weighting; their irradiance is at least
-    // this multiple of the mean.
+    // Patches cover at most 8% of the lit area, so that few rays need weighting, and have at least 8 times the mean
+    // irradiance.
     if (bright_area > 0.08 * area || places.irradiance[i] < 8 * flux / area) break;
     bright_moment += static_cast<double>(places.flux[i]) * places.irradiance[i];
     threshold = places.irradiance[i];
   }
-  // Patches pay off only with half of the mean square of radiosity.
+  // Patches pay off if they hold at least half of the mean square of radiosity.
   return bright_moment >= 0.5 * moment ? threshold : std::numeric_limits<double>::infinity();
 }
 

@@ -12,14 +12,14 @@ void CameraRays::create(const Camera& camera, const CameraTask& task, std::size_
   rays.clear();
   slot.clear();
   pixel.clear();
-  const int x1 = std::min(x0 + CameraTask::kBlock, settings.width),
-            y1 = std::min(y0 + CameraTask::kBlock, settings.height);
+  constexpr int kBlock = CameraTask::kBlock, kSquare = CameraTask::kSquare;
+  const int x1 = std::min(x0 + kBlock, settings.width), y1 = std::min(y0 + kBlock, settings.height);
   for (std::uint32_t s = 0; s < task.sample_count; ++s) {
     const std::size_t first = slot.size();
-    for (int y = y0; y < y1; y += CameraTask::kSquare)
-      for (int x = x0; x < x1; x += CameraTask::kSquare)
-        add_square(task, first_slot + s * task.pixel_count(), settings.width, x, y,
-                   std::min(x + CameraTask::kSquare, x1), std::min(y + CameraTask::kSquare, y1));
+    for (int y = y0; y < y1; y += kSquare)
+      for (int x = x0; x < x1; x += kSquare)
+        add_square(task, first_slot + s * task.pixel_count(), settings.width, x, y, std::min(x + kSquare, x1),
+                   std::min(y + kSquare, y1));
     create(camera, settings, sequence, first, task.first_sample + s);
   }
 }

@@ -212,8 +212,8 @@ class GatherGuide::Learner {
     const double even = with_share(1);
     double least = kWorthwhile * even;
     bool gains = false;
-    // Shares of even rays tried when estimating the gain: the second is for light that few rays find, because
-    // tables of half of the rays estimate it less well than tables of all.
+    // The larger share of even rays is for light that few rays find: tables of half of the rays estimate it less well
+    // than tables of all.
     for (const double even_share : {double{GatherGuide::kEvenShare}, 0.5})
       if (const double guided = with_share(even_share); guided < least) {
         least = guided;

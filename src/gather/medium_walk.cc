@@ -96,8 +96,8 @@ void MediumWalk::add_light(const Medium& medium, const PathState& path, float le
   if (photons_alone_) return;
   // In other media, only samples that scatter cost anything, so their number falls with the opacity already.
   const float share = is_homogeneous(medium) ? std::min(stopped / kThinOpacity, 1.0f) : 1.0f;
-  // Places at which a camera ray samples lamps on each piece of its way: a shaft of light covers a part of them.
-  // On pieces thinner than kThinOpacity they sample fewer places, and look up a part of the piece.
+  // A camera ray samples lamps at 16 places on each piece of its way, since a shaft of light covers a part of them; on
+  // pieces thinner than kThinOpacity at fewer, and it looks up a part of the piece.
   const float places = std::ceil(16 * share);
   sample_lamps(LitSegment(medium, path, length, true), throughput, target, target.by_opacity ? 1 : places, sampler);
 }

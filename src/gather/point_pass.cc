@@ -35,7 +35,7 @@ void PointGrid::check() const {
     const Vec3 p = position[i], n = normal[i];
     if (!std::isfinite(dot(p, p)))
       throw Error(fmt::format("point {} has no finite position: ({}, {}, {})", i, p.x, p.y, p.z));
-    // Allowed deviation of a normal's squared length from 1.
+    // Rounding may change the squared length.
     if (!(std::abs(dot(n, n) - 1) <= 1e-3f))
       throw Error(fmt::format("point {} has the normal ({}, {}, {}), which is not of unit length", i, n.x, n.y, n.z));
   }

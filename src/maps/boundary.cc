@@ -184,7 +184,7 @@ class ClusterMass {
   }
 
   bool is_plain() const {
-    // Within so much of 1 a mass makes no difference that shows.
+    // A deviation below 2% is not visible.
     for (std::size_t i = 0; i < members_.size() && lines_off_.count() + places_off_.count() > 0; ++i)
       if (std::abs(mass(i) - 1) > 0.02f) return false;
     return true;

@@ -74,7 +74,8 @@ float progressive_radius_scale(std::uint32_t pass) {
   return static_cast<float>(std::sqrt(squared));
 }
 
-std::uint64_t affordable_caustic_paths(double gather_rays) { return static_cast<std::uint64_t>(0.25 * gather_rays); }
+// One path for four gather rays of a sample of all pixels.
+std::uint64_t affordable_caustic_paths(double gather_rays) { return static_cast<std::uint64_t>(gather_rays / 4); }
 
 void PhotonMaps::forget() {
   *building_ = false;
@@ -190,8 +191,8 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   IndexedMap::Photons global{std::move(pass_.global), std::move(pass_.global_source)};
   IndexedMap::Photons caustic{std::move(pass_.caustic), std::move(pass_.caustic_source)};
   for (IndexedMap::Photons* photons : {&global, &caustic}) {
-    // Maps of more photons are put in the order of space before all work on them: where they lie on disk, each photon
-    // would be on another page. Fewer photons keep the order in which they were traced.
+    // Larger maps are sorted in space before all work on them: on disk, neighbouring photons would lie on different
+    // pages.
     if (photons->batch.size() <= std::size_t{1} << 22) continue;
     const PhaseTimer timer(statistics, Phase::build_photon_map);
     const std::vector<std::uint32_t> places = places_by_cell(photons->batch.position);
@@ -255,7 +256,7 @@ PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, c
   const auto learn = [&] {
     wanted.pass = kPilotStream;  // a pass number that photons never use
     const std::uint64_t pilot = std::clamp(wanted.photons / kCausticPilotShare, kMinCausticPilot, kMaxCausticPilot);
-    // More of them for chosen photons, until enough of them count.
+    // The first round has up to 8 times as many paths, until enough of them leave chosen photons.
     return std::make_shared<const EmissionGuide>(
         learn_emission(tracer, wanted, {.count = pilot, .most_in_first = 8, .floor = kCausticFloor}));
   };

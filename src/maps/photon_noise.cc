@@ -90,19 +90,19 @@ constexpr double kPhotonsShare = 0.5, kLeastGrowth = 1.25, kPower = 0.75;
 }  // namespace
 
 std::vector<CameraTask> squares_of(const PixelBounds& part, std::size_t most) {
-  const auto up = [](int x) { return (x + CameraTask::kSquare - 1) / CameraTask::kSquare; };
+  constexpr int kSide = CameraTask::kSquare;
+  const auto up = [](int x) { return (x + kSide - 1) / kSide; };
   const int x0 = up(part.x0), y0 = up(part.y0);
-  const auto columns = static_cast<std::size_t>(std::max(part.x1 / CameraTask::kSquare - x0, 0));
-  const auto rows = static_cast<std::size_t>(std::max(part.y1 / CameraTask::kSquare - y0, 0));
+  const auto columns = static_cast<std::size_t>(std::max(part.x1 / kSide - x0, 0));
+  const auto rows = static_cast<std::size_t>(std::max(part.y1 / kSide - y0, 0));
   // One of each run of squares, at a random place in it: no column has them all.
   const std::size_t run = (columns * rows + most - 1) / most;
   std::vector<CameraTask> out;
   for (std::size_t first = 0; first < columns * rows; first += run) {
     const std::size_t at = first + hash32(static_cast<std::uint32_t>(first)) % run;
     if (at >= columns * rows) break;
-    const int x = (x0 + static_cast<int>(at % columns)) * CameraTask::kSquare,
-              y = (y0 + static_cast<int>(at / columns)) * CameraTask::kSquare;
-    out.push_back({x, y, x + CameraTask::kSquare, y + CameraTask::kSquare, 0, 1});
+    const int x = (x0 + static_cast<int>(at % columns)) * kSide, y = (y0 + static_cast<int>(at / columns)) * kSide;
+    out.push_back({x, y, x + kSide, y + kSide, 0, 1});
   }
   return out;
 }

@@ -42,7 +42,7 @@ struct LineLight {
   double own = 0, wide = 0;          ///< sums
   double noise = 0, difference = 0;  ///< sums of squares: of the terms of `wide`, and of what the wider radii change
 
-  /// Of the own radii, as the wider ones tell, relative to the square of the sum.
+  /// With the own radii, estimated by the wider ones; relative to the square of the sum.
   double variance() const { return double{kWider} * kWider * noise / (wide * wide); }
   /// The square of what the wider radii blur, relative to the sum; right in the mean, so it may be negative.
   double blur() const { return ((wide - own) * (wide - own) - difference) / (wide * wide); }
@@ -84,7 +84,7 @@ LineLight light_along(const VolumeBeams& beams, std::uint32_t beam, float g, con
 
 /// @param share of the medium's points that were summed
 float best_factor(std::span<const LineLight> lines, double share) {
-  // Lines count as the inverse of their variance, so that places where hardly any light is tell little.
+  // Lines are weighted by the inverse of their variance: dark places carry little information.
   double weights = 0, blur = 0, count = 0;
   for (const LineLight& line : lines) {
     if (!(line.wide > 0)) continue;

@@ -30,7 +30,7 @@ struct LuminaireRow {
   std::vector<std::string> places;  ///< one for each
   double flux = 0, power = 0;       ///< of each, lm and W; 0: unknown
 };
-/// The luminaires that texts add (luminaire_of_text()), those of one file, lamps and factor together. Names tell
+/// The luminaires that texts add (luminaire_of_text()), those of one file, lamps and factor together. Names show
 /// factors other than 1; the flux contains them.
 std::vector<LuminaireRow> luminaire_rows(const std::vector<std::string>& texts);
 

@@ -108,8 +108,8 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
 /// times the luminance of a normal irradiance of 1. Sensors are rows.
 struct DirectSun {
   std::vector<float> straight;  ///< from its own direction, through panes and solid glass
-  std::vector<float>
-      mirrored;  ///< from those of its images (SunImages); 0 for sensors on surfaces, which photons light
+  /// From the directions of its images (SunImages); 0 for sensors on surfaces, which photons light.
+  std::vector<float> mirrored;
 };
 DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
 

@@ -85,7 +85,7 @@ void resolve_gather(RenderSettings& s) {
 }
 
 /// The share that a map gets of the photons that the rays and most_photons() allow.
-// Each pass of a progressive render has this share of those for its rays: passes average the noise of their maps.
+/// A pass of a progressive render has half, since passes average the noise of their maps.
 double photon_share(const RenderSettings& s) { return s.progressive ? 0.5 : 1; }
 
 /// Samples of the usual number of gather rays.
@@ -194,7 +194,7 @@ void check_part(const RenderSettings& asked) {
 }
 
 std::vector<std::string> guide_cameras(const std::vector<std::string>& names) {
-  // Each takes as long as the guide of a still.
+  // Each of the cameras takes as long as the guide of a still.
   const std::size_t count = std::min<std::size_t>(names.size(), 16);
   std::vector<std::string> out;
   for (std::size_t i = 0; i < count; ++i) out.push_back(names[i * names.size() / count]);
@@ -221,7 +221,7 @@ std::uint64_t default_memory_bytes() {
 }
 
 int default_threads(std::uint64_t memory_bytes, int cores) {
-  // Memory for each thread: a quarter holds its rays (kBytesPerThread).
+  // Each thread takes 32 MB, of which its rays take a quarter (kBytesPerThread).
   const std::uint64_t fit = (memory_bytes > 0 ? memory_bytes : default_memory_bytes()) / 32'000'000;
   return static_cast<int>(std::clamp<std::uint64_t>(fit, 1, static_cast<std::uint64_t>(std::max(cores, 1))));
 }

@@ -345,7 +345,7 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Fi
                       const std::function<bool()>& ended) {
   try {
     begin();
-    // One that it computes, and the next, to hide the time of messages.
+    // A rank has two tasks: one that it computes, and the next, to hide the time of messages.
     for (int i = 0; i < 2; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
     std::deque<CameraTask> tasks;
     bool stopped = false;

@@ -90,7 +90,7 @@ class ShareFolder::Division {
   void run() {
     for (int looks = 0; next_ < count_;) {
       check_cancelled();
-      // Many may wait: most looks are for the next piece alone.
+      // Many processes may wait: nine of ten looks are for the next piece alone.
       if (take_next() || make_any(looks % 10 == 0 ? count_ : next_ + 1)) {
         looks = 0;
         continue;

@@ -36,7 +36,7 @@ Vec3 one_sided(Vec3 n) {
   return first < 0 ? -n : n;
 }
 
-/// Whether a triangle of a material is smooth, as its middle tells.
+/// Whether a triangle is smooth in its middle.
 bool is_smooth_in_the_middle(const Scene& scene, std::uint32_t triangle) {
   constexpr float kThird = 1.0f / 3;
   Vertex vertex;

@@ -43,7 +43,7 @@ class SunImages {
 };
 
 /// Whether all that a surface sends on at a vertex leaves by smooth_lobes(), so that rays to and from a sun follow the
-/// same ways. Mixtures choose among their materials at random: not they.
+/// same ways. Never for mixtures, which choose among their materials at random.
 bool is_smooth(const Scene& scene, std::uint32_t triangle, const Vertex& vertex);
 
 /// Irradiance across the light of a sun that arrives at a point along `direction` after one bend at least, by
