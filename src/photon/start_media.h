@@ -14,7 +14,7 @@ class StartMedia {
   explicit StartMedia(const Tracer& tracer);
   /// Around a photon that leaves a source, counted as in Scene::light_power(), in a direction.
   PathMedium of(const Scene& scene, std::uint32_t source, Vec3 direction) const {
-    if (sides_.empty() || source == kNone) return {};
+    if (source == kNone) return {};
     if (source >= sides_.size()) return at_infinity_;
     const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
     return source < lamps.size() ? sides_[source].towards(direction, scene.diffuse_triangle(lamps[source]).normal)
@@ -22,7 +22,7 @@ class StartMedia {
   }
 
  private:
-  std::vector<MediumSides> sides_;  // of emissive triangles and lights; empty in scenes without media
+  std::vector<MediumSides> sides_;  // of emissive triangles, lights and media; none in scenes without media
   PathMedium at_infinity_;
 };
 
