@@ -22,6 +22,17 @@ namespace glowworm {
 
 namespace {
 
+/// The corners of the ambient medium's box: none if it has no bounds.
+std::vector<Vec3> ambient_corners(const SceneDescription& d) {
+  if (d.ambient_medium == kNone || !d.media[d.ambient_medium].bounds) return {};
+  const Medium& medium = d.media[d.ambient_medium];
+  const Transform to_world = inverse(medium.to_medium);
+  const Vec3 ends[] = {medium.bounds->min, medium.bounds->max};
+  std::vector<Vec3> out;
+  for (int i = 0; i < 8; ++i) out.push_back(to_world.point({ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z}));
+  return out;
+}
+
 /// Whether an alpha test could ever let a ray pass.
 bool may_be_absent(const Material& m, const std::vector<TextureNode>& textures) {
   if (m.alpha.texture == kNone) return m.alpha_cutoff >= 0 ? m.alpha.value < m.alpha_cutoff : m.alpha.value < 1;
@@ -285,9 +296,14 @@ void Scene::measure() {
   smooth_ = has_normals(*geometry_) || std::any_of(geometry_->meshes.begin(), geometry_->meshes.end(),
                                                    [&](const auto& mesh) { return has_normals(*mesh); });
   bounds_ = geometry_->bounds();
-  center_ = bounds_.center();
+  const std::vector<Vec3> around = ambient_corners(d_);
+  Box3 whole = bounds_;
+  for (const Vec3 corner : around) whole.grow(corner);
+  center_ = whole.center();
   radius_ = 0;
-  geometry_->for_each_position([&](const Vec3& p) { radius_ = std::max(radius_, length(p - center_)); });
+  const auto contain = [&](const Vec3& p) { radius_ = std::max(radius_, length(p - center_)); };
+  geometry_->for_each_position(contain);
+  std::for_each(around.begin(), around.end(), contain);
 }
 
 void Scene::find_repeated() {

@@ -156,9 +156,11 @@ class Scene {
 
   /// Whether any vertex has a shading normal.
   bool smooth() const { return smooth_; }
-  Box3 bounds() const { return bounds_; }
+  Box3 bounds() const { return bounds_; }  ///< of the surfaces, metres
+  /// The middle of the surfaces and the ambient medium.
   Vec3 center() const { return center_; }
-  /// Radius of a sphere around center() that contains the scene, metres.
+  /// Radius of a sphere around center() that contains all surfaces and an ambient medium with bounds, metres: what
+  /// light from afar may meet.
   float radius() const { return radius_; }
   /// Emissive triangles, in order; without those whose emission texture is black all over them.
   const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
