@@ -228,6 +228,35 @@ TEST(MediaFurnace, KeepsTheEnvironment) {
   }
 }
 
+/// Photons of the sky start in the medium around the scene, and meet all of it: also where it reaches far beyond the
+/// surfaces, and where its density falls from cell to cell.
+TEST(MediaFurnace, KeepsTheEnvironmentByPhotons) {
+  const Box3 box{{-1, -1, -1}, {1, 1, 1}};
+  Medium bounded = medium_of(1.5f, 1, 0.3f);
+  bounded.bounds = box;
+  MediumGridValues falling;
+  falling.size = {3, 3, 3};
+  for (int i = 0; i < 27; ++i) falling.density.push_back(i % 3 == 1 && i / 3 % 3 == 1 && i / 9 == 1 ? 1.0f : 0.3f);
+  Medium uneven = bounded;
+  uneven.grid = std::make_shared<const MediumGrid>(std::move(falling));
+  for (const bool ambient : {false, true})
+    for (const Medium& medium : {bounded, uneven}) {
+      SceneDescription d;
+      add_quad(d, {-0.1f, -0.1f, 0}, {0.2f, 0, 0}, {0, 0.2f, 0}, add_material(d, 1));
+      if (ambient) {
+        d.media.push_back(medium);
+        d.ambient_medium = 0;
+      } else {
+        add_medium_box(d, box.min, box.max, medium);
+      }
+      d.environment = Environment{};
+      d.cameras.push_back(square_view({0.2f, 0.1f, 0}, {0, 0, 1}, 5, 2.4f));
+      const Stage stage(std::move(d));
+      EXPECT_NEAR(mean(stage.render(by_photons(8, 16, 4, 60'000, "blocked"))).luminance(), 1, 0.005)
+          << ambient << !!medium.grid;
+    }
+}
+
 /// A medium as bright as the walls is not seen.
 TEST(MediaFurnace, EmitsAsTheWalls) {
   for (const bool grid : {false, true})
