@@ -18,45 +18,6 @@ bool has_near_lamps(const Scene& scene) {
                      [](const Light& light) { return light.kind != LightKind::directional; });
 }
 
-/// Mean coefficients on a piece of a ray, by Gauss's rule of two points: right for cubic functions of the place, as
-/// interpolation between eight cells is along a ray.
-MediumPoint mean_along(const Medium& medium, const Ray& ray, float first, float length) {
-  constexpr float kNode = 0.21132487f;  // (1 - 3^-0.5) / 2
-  const auto at = [&](float share) {
-    return medium_point(medium, ray.origin + ray.direction * (first + share * length));
-  };
-  const MediumPoint a = at(kNode), b = at(1 - kNode);
-  return {(a.sigma_a + b.sigma_a) * 0.5f, (a.sigma_s + b.sigma_s) * 0.5f, (a.emission + b.emission) * 0.5f};
-}
-
-/// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
-/// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
-template <typename Visit>
-void for_even_pieces(const Medium& medium, const Ray& ray, float length, Visit&& visit) {
-  const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
-  if (span.empty()) return;
-  if (is_homogeneous(medium)) {
-    visit(span.first, span.last, MediumPoint{medium.sigma_a, medium.sigma_s, medium.emission * medium.sigma_a});
-    return;
-  }
-  const Vec3 along = medium.to_medium.vector(ray.direction), size = medium.bounds->diagonal();
-  float cells_per_metre = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    cells_per_metre =
-        std::max(cells_per_metre, std::abs(along[axis]) / size[axis] *
-                                      static_cast<float>(medium.grid->values().size[static_cast<std::size_t>(axis)]));
-  for_majorants(medium, ray.origin, ray.direction, span.first, span.last, [&](float first, float last, float majorant) {
-    if (!(majorant > 0)) return true;
-    const float count = std::max(std::ceil((last - first) * cells_per_metre), 1.0f), step = (last - first) / count;
-    for (float i = 0; i < count; ++i) {
-      const float from = first + i * step;
-      const MediumPoint mean = mean_along(medium, ray, from, step);
-      if (!is_black(mean.sigma_a + mean.sigma_s)) visit(from, from + step, mean);
-    }
-    return true;
-  });
-}
-
 }  // namespace
 
 MediumWalk::MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone)

@@ -6,6 +6,7 @@
 
 #include "scene/light_sampling.h"
 #include "scene/surface.h"
+#include "transport/light_connection.h"
 
 namespace glowworm {
 
@@ -18,7 +19,9 @@ constexpr int kMostDivisions = 5;
 class LampsInView {
  public:
   LampsInView(const Tracer& tracer, Vec3 eye, Vec3 view)
-      : tracer_(tracer), eye_(eye), view_(view), right_(cross(view, {0, 1, 0})) {}
+      : tracer_(tracer), eye_(eye), view_(view), right_(cross(view, {0, 1, 0})) {
+    if (!tracer.scene().media().empty()) around_ = medium_at_start(tracer, eye, view);
+  }
 
   /// A part of a triangle by barycentric coordinates.
   void add(std::uint32_t triangle, const std::array<Vec2, 3>& part, int divisions) {
@@ -53,7 +56,11 @@ class LampsInView {
     const RGB radiance = emitted_radiance(tracer_.scene(), point, -direction);
     if (is_black(radiance)) return;
     constexpr float kBefore = 1 - 0x1p-16f;
-    const RGB passed = tracer_.transmittance({eye_, 0, direction, distance * kBefore - point.offset});
+    const RGB passed = passed_share(tracer_, {radiance,
+                                              {eye_, 0, direction, distance * kBefore - point.offset},
+                                              tracer_.scene().emissive_index(triangle),
+                                              around_,
+                                              {}});
     source.luminance = double{kLuminousEfficacy} * luminance(radiance * passed);
     if (!(source.luminance > 0)) return;
     source.solid_angle = area * std::abs(dot(direction, point.geometric_normal)) / (distance * distance);
@@ -64,6 +71,7 @@ class LampsInView {
 
   const Tracer& tracer_;
   Vec3 eye_, view_, right_;
+  PathMedium around_;
 };
 
 }  // namespace

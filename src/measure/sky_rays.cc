@@ -9,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "measure/measurement.h"
+#include "transport/light_connection.h"
 #include "transport/medium.h"
 #include "transport/step.h"
 #include "transport/vertex.h"
@@ -35,7 +36,13 @@ class WayTracer {
 
   void follow(PathState path, SkyRay way, int bounces = 0) {
     const Scene& scene = tracer_.scene();
-    const Hit hit = tracer_.intersect(path.ray, bounces == 0 ? RayOrder::camera : RayOrder::incoherent);
+    const RayOrder order = bounces == 0 ? RayOrder::camera : RayOrder::incoherent;
+    Hit hit = tracer_.intersect(path.ray, order);
+    const bool arrives = travel(tracer_, path, hit, order, [&](const Medium* medium, float length) {
+      if (medium) path.throughput *= transmittance(*medium, path.ray, length);
+      return luminance(path.throughput) >= kLeastShare;
+    });
+    if (!arrives) return;
     if (hit.triangle == kNone) {
       way.towards = path.ray.direction;
       way.share = luminance(path.throughput);
@@ -43,12 +50,8 @@ class WayTracer {
       return;
     }
     if (bounces == kMostBounces) return;
-    if (is_interface(scene, hit.triangle)) {
-      pass_interface(scene, path, hit);
-      follow(path, way, bounces + 1);
-      return;
-    }
     Vertex vertex = vertex_at(scene, path.ray, hit);
+    if (!scene.media().empty()) vertex.media = media_at(scene, path.medium, hit.triangle, vertex.wo);
     // Colours of dispersive glass are taken together.
     RGB of_color(1.0f);
     resolve_material(scene, vertex, of_color, [] { return 0.5f; });
@@ -107,6 +110,7 @@ std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int wid
   const ScreenWindow window = screen_window(camera, width, height);
   const double area = double{window.right - window.left} * (window.top - window.bottom) /
                       (double{1} * width * height * across * across);
+  const PathMedium around = camera_medium(tracer, camera);
   parallel_for_each(of_row.size(), 1, [&](std::size_t y) {
     WayTracer tracer_of_row(tracer, share, glints != nullptr, of_row[y], glints_of_row[y]);
     for (int x = 0; x < width; ++x)
@@ -124,6 +128,7 @@ std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int wid
             static_cast<float>(area * solid_angle_density(camera.kind, angular_plane(camera.kind, way.seen)));
         PathState path;
         path.ray = {ray.origin, 0, ray.direction, std::numeric_limits<float>::infinity()};
+        path.medium = around;
         tracer_of_row.follow(path, way);
       }
     // Pictures of many pixels have no room for all.
@@ -141,7 +146,12 @@ std::vector<GlareSource> sources_of_sun(const Tracer& tracer, const Camera& came
   std::vector<GlareSource> out;
   const Vec3 straight = in_view(camera, to_sun);
   if (straight.z > 0) {
-    const RGB seen = irradiance * tracer.transmittance({camera.to_world.translation, 0, to_sun, HUGE_VALF});
+    const RGB seen = passed_share(tracer, {irradiance,
+                                           {camera.to_world.translation, 0, to_sun, HUGE_VALF},
+                                           kNone,
+                                           camera_medium(tracer, camera),
+                                           {}}) *
+                     irradiance;
     const double across = illuminance(seen);
     if (across > 0) out.push_back(source_of(straight, across / kSunSolidAngle, kSunSolidAngle));
   }

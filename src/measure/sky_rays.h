@@ -25,7 +25,7 @@ struct SkyRay {
   bool bent = false;        ///< by mirrors or glass
 };
 
-/// The ways of a picture. Where a surface reflects and transmits, both are followed. Media do not weaken them.
+/// The ways of a picture. Where a surface reflects and transmits, both are followed. Media weaken them.
 /// @param camera is_angular() @param across ways along either side of a pixel
 /// @param straight whether to return ways that are not bent, too
 /// @param glints takes the surfaces with rough specular lobes at which ways end, by pixels in order: slots are pixels,

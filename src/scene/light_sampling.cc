@@ -226,9 +226,12 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 
 LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u) {
   const std::size_t triangles = scene.emissive_triangles().size();
-  if (source < triangles) return sample_triangle(scene, scene.emissive_triangles()[source], position, u);
-  if (source < triangles + scene.lights().size()) return sample_delta(scene.lights()[source - triangles], position);
-  return sample_from_environment(*scene.environment(), scene.environment_distribution(), u);
+  LightSample out = source < triangles ? sample_triangle(scene, scene.emissive_triangles()[source], position, u)
+                    : source < triangles + scene.lights().size()
+                        ? sample_delta(scene.lights()[source - triangles], position)
+                        : sample_from_environment(*scene.environment(), scene.environment_distribution(), u);
+  out.random = u;
+  return out;
 }
 
 RGB mean_emission(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
@@ -254,7 +257,7 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
 
 LightSample sample_directional(const Scene& scene, Vec3 position, float u) {
   const Choice choice = scene.light_selector().choose_directional(u);
-  LightSample out = sample_light_of(scene, choice.source, position, {});
+  LightSample out = sample_light_of(scene, choice.source, position, {u, 0});
   out.pdf *= choice.probability;
   out.source = choice.source;
   return out;

@@ -1,6 +1,7 @@
 // Sampling light: towards a point (next-event estimation) and away from the lights (photons).
 #pragma once
 #include <cmath>
+#include <optional>
 
 #include "core/rgb.h"
 #include "core/vec.h"
@@ -20,6 +21,9 @@ struct LightSample {
   Vec3 normal;                   ///< of the light there, unit, towards the point; (0,0,0) for a delta
   float offset = 0;              ///< distance from the light at which rays end or start (offset_origin()), metres
   std::uint32_t source = kNone;  ///< counted as in Scene::light_power()
+  /// What the point was chosen by. Transmittances of media are estimated by it, because all samples of a delta have the
+  /// same ray; none: they are integrated.
+  std::optional<Vec2> random;
 
   bool is_directional() const { return delta && std::isinf(distance); }
 };

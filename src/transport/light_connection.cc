@@ -32,13 +32,13 @@ UnoccludedLight reflected_light(const LightSample& light, const Vertex& vertex, 
   const Vec3 side = face_forward(vertex.point.geometric_normal, light.direction);
   const Vec3 from = offset_origin(vertex.point.position, side, vertex.point.offset);
   return {scattered * light.radiance * (weight / light.pdf), ray_to_light(from, side, light, vertex.time), light.source,
-          vertex.media.towards(light.direction, vertex.normal())};
+          vertex.media.towards(light.direction, vertex.normal()), light.random};
 }
 
 UnoccludedLight scattered_light(const LightSample& light, const MediumVertex& vertex, float weight) {
   if (!(light.pdf > 0)) return {};
   return {light.radiance * (vertex.phase(light.direction) * weight / light.pdf),
-          ray_to_light(vertex.position, {0, 0, 0}, light, vertex.time), light.source, vertex.medium};
+          ray_to_light(vertex.position, {0, 0, 0}, light, vertex.time), light.source, vertex.medium, light.random};
 }
 
 RGB passed_share(const Tracer& tracer, const UnoccludedLight& light) {
@@ -53,7 +53,11 @@ RGB passed_share(const Tracer& tracer, const UnoccludedLight& light) {
   const auto pass = [&](std::uint32_t triangle, float end) {
     medium = medium_until(scene, medium, triangle, shadow.direction);
     const Ray piece{shadow.origin + shadow.direction * start, 0, shadow.direction, end - start, shadow.time};
-    if (medium.index != kNone) product *= transmittance(scene.media()[medium.index], piece, end - start);
+    if (medium.index != kNone) {
+      const Medium& crossed = scene.media()[medium.index];
+      product *= light.random ? estimate_transmittance(crossed, piece, end - start, *light.random)
+                              : transmittance(crossed, piece, end - start);
+    }
     start = end;
   };
   for (const PassedSurface& surface : surfaces) {

@@ -1,6 +1,7 @@
 // Light samples of a vertex (next-event estimation), weighted against directions that meet the same light.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct UnoccludedLight {
   Ray shadow_ray;
   std::uint32_t source = kNone;  ///< light source, counted as in Scene::light_power()
   PathMedium medium{};           ///< at the start of the shadow ray
+  std::optional<Vec2> random;    ///< as LightSample::random
 };
 
 /// Share of the light that arrives: none if something is in the way, less through panes and media.

@@ -185,14 +185,29 @@ MediumSample sample_medium(const Medium& medium, const Ray& ray, float length, R
   return out;
 }
 
+MediumPoint mean_along(const Medium& medium, const Ray& ray, float first, float length) {
+  constexpr float kNode = 0.21132487f;  // (1 - 3^-0.5) / 2
+  const auto at = [&](float share) {
+    return medium_point(medium, ray.origin + ray.direction * (first + share * length));
+  };
+  const MediumPoint a = at(kNode), b = at(1 - kNode);
+  return {(a.sigma_a + b.sigma_a) * 0.5f, (a.sigma_s + b.sigma_s) * 0.5f, (a.emission + b.emission) * 0.5f};
+}
+
 RGB transmittance(const Medium& medium, const Ray& ray, float length) {
-  const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
-  if (span.empty()) return RGB(1.0f);
-  if (is_homogeneous(medium)) return transmittance(medium.sigma_a + medium.sigma_s, span.last - span.first);
-  MediumNumbers numbers(ray, {0, 0});
-  for (int given = 0; given < 2; ++given) (void)numbers.next();
   RGB passed(1.0f);
-  for_majorants(medium, ray.origin, ray.direction, span.first, span.last, [&](float at, float end, float majorant) {
+  for_even_pieces(medium, ray, length, [&](float first, float last, const MediumPoint& here) {
+    passed *= transmittance(here.sigma_a + here.sigma_s, last - first);
+  });
+  return passed;
+}
+
+RGB estimate_transmittance(const Medium& medium, const Ray& ray, float length, Vec2 random) {
+  if (is_homogeneous(medium)) return transmittance(medium, ray, length);
+  MediumNumbers numbers(ray, random);
+  for (int given = 0; given < 2; ++given) (void)numbers.next();  // the ray may depend on these
+  RGB passed(1.0f);
+  for_majorants(medium, ray.origin, ray.direction, 0, length, [&](float at, float end, float majorant) {
     if (!(majorant > 0)) return true;
     for (;;) {
       at -= std::log1p(-numbers.next()) / majorant;

@@ -2,6 +2,8 @@
 //
 // Interfaces (MaterialKind::interface) part media and change nothing else: paths pass them without a bounce.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -81,12 +83,46 @@ int choose_channel(RGB throughput, float& u);
 /// The mean of values of the channels over that choice.
 float mean_over_channels(RGB throughput, RGB values);
 
-/// Share of light that passes a piece of a ray of unit direction: exact in homogeneous media, else an estimate by ratio
-/// tracking (Novak et al., "Residual Ratio Tracking", 2014), whose random numbers belong to the ray.
+/// Share of light that passes a piece of a ray of unit direction, by for_even_pieces().
 RGB transmittance(const Medium& medium, const Ray& ray, float length);
+/// The same, in a grid an estimate by ratio tracking (Novak et al., "Residual Ratio Tracking", 2014), which is faster
+/// in large ones. @param random in [0, 1); further numbers belong to the ray and to these
+RGB estimate_transmittance(const Medium& medium, const Ray& ray, float length, Vec2 random);
 
 /// Transmittance of so many metres of a homogeneous medium, and one minus that. @param sigma_t m^-1
 RGB transmittance(RGB sigma_t, float distance);
 RGB opacity(RGB sigma_t, float distance);
+
+/// Mean coefficients on a piece of a ray, by Gauss's rule of two points: right for cubic functions of the place, as
+/// interpolation between eight cells is along a ray.
+MediumPoint mean_along(const Medium& medium, const Ray& ray, float first, float length);
+
+/// Calls visit(first, last, coefficients) for pieces of a ray in which these hardly change: one in a homogeneous
+/// medium, else one for each plane between cells of the grid that the ray crosses. Leaves out empty ones.
+template <typename Visit>
+void for_even_pieces(const Medium& medium, const Ray& ray, float length, Visit&& visit) {
+  const MediumSpan span = span_in(medium, ray.origin, ray.direction, 0, length);
+  if (span.empty()) return;
+  if (is_homogeneous(medium)) {
+    visit(span.first, span.last, MediumPoint{medium.sigma_a, medium.sigma_s, medium.emission * medium.sigma_a});
+    return;
+  }
+  const Vec3 along = medium.to_medium.vector(ray.direction), size = medium.bounds->diagonal();
+  float cells_per_metre = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    cells_per_metre =
+        std::max(cells_per_metre, std::abs(along[axis]) / size[axis] *
+                                      static_cast<float>(medium.grid->values().size[static_cast<std::size_t>(axis)]));
+  for_majorants(medium, ray.origin, ray.direction, span.first, span.last, [&](float first, float last, float majorant) {
+    if (!(majorant > 0)) return true;
+    const float count = std::max(std::ceil((last - first) * cells_per_metre), 1.0f), step = (last - first) / count;
+    for (float i = 0; i < count; ++i) {
+      const float from = first + i * step;
+      const MediumPoint mean = mean_along(medium, ray, from, step);
+      if (!is_black(mean.sigma_a + mean.sigma_s)) visit(from, from + step, mean);
+    }
+    return true;
+  });
+}
 
 }  // namespace glowworm

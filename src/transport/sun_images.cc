@@ -132,8 +132,6 @@ class ImageTracer {
 }  // namespace
 
 SunImages::SunImages(const Scene& scene) {
-  const auto& media = scene.media();
-  if (std::any_of(media.begin(), media.end(), [](const Medium& medium) { return !is_homogeneous(medium); })) return;
   const std::vector<FlatSurfaces> surfaces = flat_surfaces(scene);
   if (surfaces.empty()) return;
   const auto add = [&](Reflection reflection) {

@@ -15,8 +15,7 @@
 namespace glowworm {
 
 /// The images that the larger smooth surfaces of a scene may show: by one reflection, by two, and straight on through
-/// solid glass. A scene without smooth surfaces shows none. With media in grids, photons bring this light:
-/// transmittance() of a ray is an estimate there, the same in every pass.
+/// solid glass. A scene without smooth surfaces shows none.
 class SunImages {
  public:
   explicit SunImages(const Scene& scene);

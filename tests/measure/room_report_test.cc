@@ -118,8 +118,13 @@ TEST(Zones, EyesAreAboveFloorsThatFaceDownAndAboveSlabs) {
   }
 }
 
-TEST(LampGlare, IsThatOfTheFormulaForOnePanel) {
-  const Scene scene(room());
+class LampGlare : public testing::TestWithParam<double> {};
+
+TEST_P(LampGlare, IsThatOfTheFormulaForOnePanel) {
+  SceneDescription in_air = room();
+  in_air.media.emplace_back().sigma_a = RGB(static_cast<float>(GetParam()));
+  in_air.ambient_medium = 0;
+  const Scene scene(std::move(in_air));
   const Tracer tracer(scene);
   const Vec3 eye{0, 1.2f, 1.5f}, view{0, 0, -1};
   const std::vector<GlareSource> lamps = lamps_in_view(tracer, eye, view);
@@ -132,9 +137,9 @@ TEST(LampGlare, IsThatOfTheFormulaForOnePanel) {
       const double squared = length_squared(way), distance = std::sqrt(squared),
                    omega = area * way.y / distance / squared;
       const Vec3 d = way / static_cast<float>(distance);
-      const double p = position_index({d.x, d.y, -d.z});
-      sum += luminance * luminance * omega / (p * p);
-      direct += luminance * omega * -d.z;
+      const double p = position_index({d.x, d.y, -d.z}), seen = luminance * std::exp(-GetParam() * distance);
+      sum += seen * seen * omega / (p * p);
+      direct += seen * omega * -d.z;
     }
   double found = 0;
   for (const GlareSource& lamp : lamps) found += lamp.illuminance;
@@ -146,6 +151,8 @@ TEST(LampGlare, IsThatOfTheFormulaForOnePanel) {
   const Scene below(std::move(hidden));
   EXPECT_TRUE(lamps_in_view(Tracer(below), eye, view).empty()) << "behind a board";
 }
+
+INSTANTIATE_TEST_SUITE_P(Absorption, LampGlare, testing::Values(0, 0.3));
 
 /// Illuminance that grows along x at the sensors of zones; even at eyes.
 Measurement measured_at(const Sensors& sensors, const Scene& scene) {

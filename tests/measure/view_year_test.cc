@@ -248,6 +248,33 @@ TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
   EXPECT_NEAR(suns[1].solid_angle / suns[0].solid_angle, 1, 0.1);
 }
 
+/// A layer of absorbing air weakens the sun, twice as much on the way by a mirror on the ground.
+TEST(SkyRays, ShowTheSunThroughMedia) {
+  const auto suns_in = [](float absorption) {
+    SceneDescription d;
+    Material mirror;
+    mirror.kind = MaterialKind::conductor;
+    mirror.use_reflectance = true;
+    mirror.reflectance.value = RGB(1.0f);
+    d.materials = {mirror};
+    add_quad(d, {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
+    Medium air;
+    air.sigma_a = RGB(absorption);
+    air.bounds = Box3{{-100, -1, -100}, {100, 3, 100}};
+    d.media.push_back(air);
+    d.ambient_medium = 0;
+    const Scene scene(std::move(d));
+    const Tracer tracer(scene);
+    const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
+    return sources_of_sun(tracer, eye, sky_rays(tracer, eye, 96, 96, 3, false), {0, 0.6f, -0.8f}, RGB(2.0f));
+  };
+  const std::vector<GlareSource> clear = suns_in(0), dim = suns_in(0.3f);
+  ASSERT_EQ(clear.size(), 2u);
+  ASSERT_EQ(dim.size(), 2u);
+  EXPECT_NEAR(dim[0].luminance / clear[0].luminance, std::exp(-0.3 * 2 / 0.6), 1e-3);
+  EXPECT_NEAR(dim[1].luminance / clear[1].luminance, std::exp(-0.3 * 4 / 0.6), 5e-3);
+}
+
 /// The images of the sun in both of two panes on the ground are one, with the light of both.
 TEST(SkyRays, PanesShowOneImageOfTheSun) {
   const auto images_in = [](int panes) {

@@ -339,6 +339,30 @@ TEST(MediaPoints, LookBehindThroughTheMedium) {
   }
 }
 
+/// All shadow rays of a sensor to a sun or to a lamp without size are one: each has a transmittance of its own.
+TEST(MediaPoints, SeeLampsThroughGrids) {
+  SceneDescription d;
+  add_quad(d, {5, 5, 5}, {1, 0, 0}, {0, 1, 0}, add_material(d, 0));
+  Medium smoke = medium_of(1.2f, 0);
+  smoke.bounds = Box3{{-1, -1, -1}, {1, 1, 1}};
+  MediumGridValues two_cells;
+  two_cells.size = {1, 1, 2};
+  two_cells.density = {1, 0.5f};
+  smoke.grid = std::make_shared<const MediumGrid>(std::move(two_cells));
+  d.media.push_back(std::move(smoke));
+  d.ambient_medium = 0;
+  d.lights.push_back(sun_at(0));
+  Light lamp;
+  lamp.position = {0, 0, 2};
+  lamp.intensity = RGB(1.0f);
+  d.lights.push_back(lamp);
+  const Stage stage(std::move(d));
+  // The outer eighths of the cells are missing, as their density falls to a half at the borders.
+  const double passed = std::exp(-1.2 * 1.5 * (1 - 1.0 / 8)), right = passed * (1 + 1.0 / 16);
+  for (const RenderSettings& settings : {by_path(1, 1 << 15), by_photons(1, 256, 256, 1000, "blocked")})
+    EXPECT_NEAR(irradiance(stage, settings, {{0, 0, -2}}, {{0, 0, 1}})[0], right, 0.015 * right);
+}
+
 /// The light of groups is that of the picture, in media, too.
 TEST(MediaScenes, KeepLightGroupsApart) {
   SceneDescription d = foggy_floor(false);
