@@ -320,10 +320,15 @@ double Job::noise_of_samples() const { return noise_left_to_samples(settings_.no
 
 bool Job::knows_noise() const {
   if (batches() == 1) return true;
-  const std::uint32_t batches_begun = std::min(film_.whole_passes(), batches());
+  const std::uint32_t passes = film_.whole_passes(), batches_begun = std::min(passes, batches());
+  const std::uint64_t degrees = film_.pixel_count() * std::uint64_t{batches_begun - 1};
   // A variance of 16 degrees of freedom is known to a third. Those of few points are known when all batches have
   // samples.
-  return batches_begun == batches() || film_.pixel_count() * (batches_begun - 1) >= 16;
+  if (settings_.integrator != Integrator::path) return batches_begun == batches() || degrees >= 16;
+  // Few paths of a sensor may all miss a lobe or a lamp, and then agree. The error of few sensors is tested only where
+  // their sequences fill space evenly: it swings between, and its lowest value would end the render.
+  constexpr std::uint32_t kLeastPaths = 256, kManyDegrees = 64;
+  return passes >= kLeastPaths && (degrees >= kManyDegrees || std::has_single_bit(passes));
 }
 
 bool Job::reached_noise_target() {
