@@ -110,15 +110,14 @@ YearInputs read_inputs(const DaylightOptions& o, const std::string& path) {
   return out;
 }
 
-/// Waits for the Jobs of one of the states of a scene. @param state 0 for the scene itself
-auto waiter(const DaylightOptions& o, std::size_t state, const std::function<void(double)>& progress) {
+/// Follows the work on one of the states of a scene. @param state 0 for the scene itself
+YearWatch watch_of(const DaylightOptions& o, std::size_t state, const std::function<void(double)>& progress) {
   const double each = 1.0 / static_cast<double>(o.shades.size() + 1);
-  return [=, &progress](Job& job, YearProgress part) {
-    attend(
-        job, !progress ? progress : [&](double share) {
-          progress((static_cast<double>(state) + part.before + part.share * share) * each);
-        });
-  };
+  if (!progress) return {[&](Job& job, YearProgress) { attend(job, progress); }, nullptr};
+  const auto told = [=, &progress](double share) { progress((static_cast<double>(state) + share) * each); };
+  return {
+      [=](Job& job, YearProgress part) { attend(job, [&](double share) { told(part.before + part.share * share); }); },
+      told};
 }
 
 std::vector<glowworm::Camera> cameras_of(std::span<const Camera> views, const glowworm::Scene& scene) {
@@ -160,7 +159,7 @@ Daylight daylight(const Scene& scene, const std::string& weather_path, std::span
       sensors = sensors_of(position, normal, *sky.tracer, o.on_surfaces);
     }
     std::optional<FoundState> found = find_state(*plain, sky, moved_sensors(sensors, *first, *plain), o.on_surfaces,
-                                                 model, asked, waiter(o, i, progress));
+                                                 model, asked, watch_of(o, i, progress));
     if (!found) throw Cancelled();
     if (i == 0) out.relative_error = std::move(found->relative_error);
     states.push_back(std::move(found->state));
@@ -184,7 +183,8 @@ AnnualGlare annual_glare(const Scene& scene, const std::string& weather_path, st
   for (std::size_t i = 0; i <= o.shades.size(); ++i) {
     const auto plain = lit_by_its_own((i == 0 ? scene : o.shades[i - 1]).implementation().scene);
     if (!rate_views(*plain, cameras_of(views, *plain), static_cast<std::uint32_t>(o.view_pixels), inputs.model,
-                    hours_of_state(inputs.model.sky, o.shade_of_hour, i), inputs.asked, waiter(o, i, progress), rated))
+                    hours_of_state(inputs.model.sky, o.shade_of_hour, i), inputs.asked, watch_of(o, i, progress),
+                    rated))
       throw Cancelled();
   }
   AnnualGlare out{std::move(inputs.hours), {}};

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "apps/interrupt.h"
-#include "apps/progress_bar.h"
 #include "core/log.h"
 
 namespace glowworm {
@@ -37,26 +37,29 @@ bool is_late(const Job& job) {
   return limit > 0 && job.passes() == 0 && job.seconds() > kTolerance * limit;
 }
 
-}  // namespace
+/// A part of longer work, whose progress is shown.
+struct ShownPart {
+  ProgressBar& bar;
+  double before, share;
+};
 
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, double before, double share) {
-  ProgressBar bar(!quiet);
+std::exception_ptr attend_part(Job& job, std::vector<RepeatedWork> repeated, const ShownPart& part) {
   bool warned = false;
   // Signals are seen at the next look.
   const auto interval_s = [&job] { return job.seconds() < 2 ? 0.005 : 0.05; };
   for (; !job.done(); job.wait_for(interval_s())) {
     if (caught_interrupt()) job.cancel();
     if (!warned && is_late(job)) {
-      bar.finish();
+      part.bar.finish();
       warn(
           "--time has run out, but not every pixel has a sample: the render continues until each has one, or "
           "until Ctrl-C. Give fewer --photons, fewer --gather or a smaller --size");
       warned = true;
     }
     for (RepeatedWork& work : repeated) run_if_due(job, work);
-    bar.update(before + share * job.progress(), caught_interrupt() ? "stopping" : work_of(job));
+    part.bar.update(part.before + part.share * job.progress(), caught_interrupt() ? "stopping" : work_of(job));
   }
-  bar.finish();
+  part.bar.finish();
   try {
     job.wait();
   } catch (...) {
@@ -65,8 +68,20 @@ std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeat
   return nullptr;
 }
 
-void finish_job(Job& job, bool quiet, double before, double share) {
-  if (const std::exception_ptr failure = attend(job, quiet, {}, before, share)) std::rethrow_exception(failure);
+}  // namespace
+
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
+  ProgressBar bar(!quiet);
+  return attend_part(job, std::move(repeated), {bar, 0, 1});
+}
+
+void finish_job(Job& job, bool quiet) {
+  ProgressBar bar(!quiet);
+  finish_job(job, bar, 0, 1);
+}
+
+void finish_job(Job& job, ProgressBar& bar, double before, double share) {
+  if (const std::exception_ptr failure = attend_part(job, {}, {bar, before, share})) std::rethrow_exception(failure);
 }
 
 }  // namespace glowworm

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "apps/progress_bar.h"
 #include "control/job.h"
 
 namespace glowworm {
@@ -17,11 +18,11 @@ struct RepeatedWork {
 
 /// Waits for the job, shows progress, does the repeated work, and cancels the job after a Ctrl-C. Returns the job's
 /// exception, or null.
-/// @param before, share the part of all work that the job is, for the progress
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, double before = 0,
-                          double share = 1);
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated);
 
 /// Does the same without repeated work, and throws the job's exception.
-void finish_job(Job& job, bool quiet, double before = 0, double share = 1);
+void finish_job(Job& job, bool quiet);
+/// Does the same for a part of longer work. @param bar of all the work @param before, share of which the job is a part
+void finish_job(Job& job, ProgressBar& bar, double before, double share);
 
 }  // namespace glowworm

@@ -47,9 +47,14 @@ struct DaylightOptions : LightOptions {
   std::uint32_t patches = 145, side = kViewSide;
   double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
 
-  /// Shows the progress of a part of the work.
-  auto attended() const {
-    return [quiet = report.quiet](Job& job, YearProgress part) { finish_job(job, quiet, part.before, part.share); };
+  /// Shows the progress of the work on a state of the scene.
+  YearWatch watched() const {
+    const auto bar = std::make_shared<ProgressBar>(!report.quiet);
+    return {[bar](Job& job, YearProgress part) { finish_job(job, *bar, part.before, part.share); },
+            [bar](double share) {
+              bar->update(share, "rays to the sun");
+              if (share >= 1) bar->finish();
+            }};
   }
 };
 
@@ -148,7 +153,7 @@ ReadScene open_lit(DaylightOptions& o, const std::string& path, const YearInputs
 std::optional<FoundState> find_shown(const DaylightOptions& o, const ReadScene& scene, const Sensors& sensors,
                                      const YearInputs& inputs) {
   return find_state(*scene.plain, scene.sky, sensors, o.sensors.on_surfaces(), inputs.model, o.table.settings,
-                    o.attended());
+                    o.watched());
 }
 
 /// The eyes of views as sensors that face as they do.
@@ -173,7 +178,7 @@ bool rate_state(const DaylightOptions& o, const ReadScene& scene, const std::vec
   std::vector<Camera> cameras;
   for (const RadianceView& view : views) cameras.push_back(camera_of(view, *scene.plain));
   return rate_views(*scene.plain, cameras, o.side, inputs.model,
-                    hours_of_state(inputs.model.sky, inputs.state_of_hour, state), o.table.settings, o.attended(), out);
+                    hours_of_state(inputs.model.sky, inputs.state_of_hour, state), o.table.settings, o.watched(), out);
 }
 
 RatedYear rate(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const Sensors& sensors,

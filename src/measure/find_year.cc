@@ -122,14 +122,14 @@ struct RoundPlan {
 };
 
 RoundPlan plan_rounds(const YearScene& sky, const PointGrid& grid, const YearModel& model, const RenderSettings& asked,
-                      const std::function<void(Job&, YearProgress)>& wait) {
+                      const YearWatch& watch) {
   RoundPlan out{round_settings(asked, kPhotonsOfPatch * model.patches.size()),
                 round_settings(asked, kPhotonsOfSun * model.suns.places().size())};
   RenderSettings pilot = asked;
   pilot.memory_bytes = out.sky.memory_bytes;
   pilot.samples = 0;
   pilot.time_limit_s = pilot.noise_target = 0;
-  const SensorPlan plan = plan_sensors(sky.scene, sky.tracer, grid, pilot, [&](Job& job) { wait(job, {}); });
+  const SensorPlan plan = plan_sensors(sky.scene, sky.tracer, grid, pilot, [&](Job& job) { watch.wait(job, {}); });
   if (plan.reason.empty()) return out;
   detail("the sky by " + plan.reason);
   out.sky = plan.settings;
@@ -141,15 +141,14 @@ RoundPlan plan_rounds(const YearScene& sky, const PointGrid& grid, const YearMod
 }  // namespace
 
 std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, const Sensors& sensors, bool on_surfaces,
-                                     const YearModel& model, const RenderSettings& asked,
-                                     const std::function<void(Job&, YearProgress)>& wait) {
+                                     const YearModel& model, const RenderSettings& asked, const YearWatch& watch) {
   const auto start = std::chrono::steady_clock::now();
   const auto grid = coefficient_grid(sensors, on_surfaces);
   const std::size_t places = model.suns.places().size();
   std::optional<YearScene> sunny;
   if (places > 0) sunny.emplace(scene_under_suns(plain, model.suns.places()));
   const RoundEnd end(asked);
-  const RoundPlan plan = plan_rounds(sky, *grid, model, asked, wait);
+  const RoundPlan plan = plan_rounds(sky, *grid, model, asked, watch);
   CoefficientMean mean(model.sky, model.suns);
   FoundState out;
   std::uint32_t expected = std::max(end.rounds, 2u);
@@ -159,8 +158,8 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
                        auto&& light_of) -> std::optional<ColorMatrix> {
     s.seed = hash_combine(s.seed, out.rounds);
     Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
-    const double share = 1.0 / (parts * expected);
-    wait(job, {(parts * out.rounds + part) * share, share});
+    const double share = 1.0 / (parts * expected + 1);  // one part more: rays to the sun
+    watch.wait(job, {(parts * out.rounds + part) * share, share});
     if (job.ending() == Ending::cancelled) return std::nullopt;
     return light_of(job);
   };
@@ -179,7 +178,10 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
     detail(fmt::format("round {}: relative error {:.3g}, {:.1f} s", out.rounds, error, out.seconds));
     if (out.rounds >= 2) expected = end.expected(out.rounds, error, out.seconds);
   }
-  out.state = {mean.mean(), direct_sun(*sky.tracer, *grid, sensors.size(), model.sky)};
+  const auto rays = [&](double share) {
+    if (watch.rays) watch.rays((parts * out.rounds + share) / (parts * out.rounds + 1));
+  };
+  out.state = {mean.mean(), direct_sun(*sky.tracer, *grid, sensors.size(), model.sky, rays)};
   inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", out.rounds, out.seconds,
                      root_mean_square(out.relative_error, sensors.weight)));
   return out;

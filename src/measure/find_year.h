@@ -58,6 +58,12 @@ struct YearProgress {
   double before = 0, share = 0;  ///< of all work, as far as is known
 };
 
+/// Follows the work of a year.
+struct YearWatch {
+  std::function<void(Job&, YearProgress)> wait;  ///< waits for the end of a Job; throws its error
+  std::function<void(double)> rays;              ///< hears the share of all work that is done by rays; null: nobody
+};
+
 /// Coefficients of a scene.
 struct FoundState {
   YearState state;
@@ -69,11 +75,10 @@ struct FoundState {
 /// Finds coefficients by rounds, which are independent: those of the sky by paths or photons, as plan_sensors()
 /// chooses, and reflected sunlight by photons. Rounds end with the samples asked for, two a round, or once the root
 /// mean square of the errors of sensors with weight is the noise asked for (kYearNoise if neither noise nor time is),
-/// or the time has run out; there are two of them at least. Nothing if `wait` cancels a Job.
-/// @param sky  under_sky() of `plain` @param sensors in its coordinates
-/// @param wait for the end of a Job, of which a round has one or two; throws its error
+/// or the time has run out; there are two of them at least. Nothing if `watch` cancels a Job, of which a round has one
+/// or two.
+/// @param sky under_sky() of `plain` @param sensors in its coordinates
 std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, const Sensors& sensors, bool on_surfaces,
-                                     const YearModel& model, const RenderSettings& asked,
-                                     const std::function<void(Job&, YearProgress)>& wait);
+                                     const YearModel& model, const RenderSettings& asked, const YearWatch& watch);
 
 }  // namespace glowworm

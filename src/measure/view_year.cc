@@ -246,11 +246,12 @@ void rate_hour(const Tracer& tracer, const ViewLight& view, const YearSky& sky, 
 }
 
 void rate_hours(const Tracer& tracer, const ViewLight& view, const YearModel& model,
-                std::span<const std::uint32_t> hours, ViewYear& out) {
+                std::span<const std::uint32_t> hours, const std::function<void(double)>& progress, ViewYear& out) {
   for (std::size_t first = 0; first < hours.size(); first += kHoursAtOnce) {
     const HourBlock block =
         light_of_hours(tracer, view, model, hours.subspan(first, std::min(kHoursAtOnce, hours.size() - first)));
     parallel_for_each(block.hours.size(), 1, [&](std::size_t k) { rate_hour(tracer, view, model.sky, block, k, out); });
+    progress(static_cast<double>(first + block.hours.size()) / static_cast<double>(hours.size()));
   }
 }
 
@@ -276,8 +277,8 @@ void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t m
 }
 
 bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
-                std::span<const std::uint32_t> hours, const RenderSettings& asked,
-                const std::function<void(Job&, YearProgress)>& wait, std::span<ViewYear> out) {
+                std::span<const std::uint32_t> hours, const RenderSettings& asked, const YearWatch& watch,
+                std::span<ViewYear> out) {
   const std::uint64_t memory = asked.memory_bytes > 0 ? asked.memory_bytes : default_memory_bytes();
   check_view_room(side, model, memory);
   const std::uint64_t beside = bytes_of_view(side, model);
@@ -291,11 +292,15 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
   if (places > 0)
     of_suns = std::make_unique<PictureMaker>(YearScene(scene_under_suns(seen, model.suns.places())),
                                              picture_settings(asked, kPhotonsOfSun * places, beside, side, names));
-  const double share = 1.0 / static_cast<double>(views.size() * kRoundsOfView * (of_suns ? 2 : 1));
+  // One part more for each view: its hours.
+  const double share = 1.0 / static_cast<double>(views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1));
   double before = 0;
   const auto wait_on = [&](Job& job) {
-    wait(job, {before, share});
+    watch.wait(job, {before, share});
     before += share;
+  };
+  const auto rated = [&](double of_view) {
+    if (watch.rays) watch.rays(before + share * of_view);
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
     ViewLight view = view_light(of_sky.tracer(), views[i], side, model);
@@ -316,7 +321,8 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
       of_sky.forget(round);
       if (of_suns) of_suns->forget(round);
     }
-    rate_hours(of_sky.tracer(), view, model, hours, out[i]);
+    rate_hours(of_sky.tracer(), view, model, hours, rated, out[i]);
+    before += share;
   }
   return true;
 }

@@ -41,10 +41,10 @@ void check_view_room(std::uint32_t side, const YearModel& model, std::uint64_t m
 /// and C. Stein, "The jackknife estimate of variance", Annals of Statistics 9(3), 1981.
 /// @param views fisheye or hemispherical, in the coordinates of the scene
 /// @param hours as indices into YearSky::lit
-/// @param wait  as of find_state(); a view has kRoundsOfView times one or two Jobs
-/// @return false if `wait` cancelled a Job
+/// @param watch as of find_state(); a view has kRoundsOfView times one or two Jobs
+/// @return false if `watch` cancelled a Job
 bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t side, const YearModel& model,
-                std::span<const std::uint32_t> hours, const RenderSettings& asked,
-                const std::function<void(Job&, YearProgress)>& wait, std::span<ViewYear> out);
+                std::span<const std::uint32_t> hours, const RenderSettings& asked, const YearWatch& watch,
+                std::span<ViewYear> out);
 
 }  // namespace glowworm

@@ -265,20 +265,20 @@ namespace {
 
 /// Adds the light of the sun's images to sensors in air.
 void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
-                    DirectSun& out) {
+                    const std::function<void(double)>& progress, DirectSun& out) {
   const Scene& scene = tracer.scene();
   const SunImages of_scene(scene);
   if (of_scene.empty()) return;
   std::vector<std::vector<Vec3>> images(sky.lit.size());
   for (std::size_t hour = 0; hour < images.size(); ++hour)
     if (sky.beam[hour] > 0) images[hour] = of_scene.of(sky.sun[hour]);
-  parallel_for_each(sensors, 1, [&](std::size_t sensor) {
+  const auto add = [&](std::size_t sensor, std::size_t first, std::size_t end) {
     if (!grid.has(sensor)) return;
     const AirPoint point = air_point(scene, grid, sensor, 0);
     const PathMedium medium =
         scene.media().empty() ? PathMedium{} : medium_at_start(tracer, point.position, point.normal);
     std::uint64_t rays = 0;
-    for (std::size_t hour = 0; hour < images.size(); ++hour)
+    for (std::size_t hour = first; hour < end; ++hour)
       for (const Vec3 image : images[hour]) {
         const float cosine = dot(image, point.normal);
         if (!(cosine > 0)) continue;
@@ -286,12 +286,19 @@ void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sen
         part[sensor * images.size() + hour] +=
             cosine * luminance(light_of_image(tracer, point.position, medium, image, sky.sun[hour], rays));
       }
-  });
+  };
+  constexpr std::size_t kHoursAtOnce = 64;
+  for (std::size_t first = 0; first < images.size(); first += kHoursAtOnce) {
+    const std::size_t end = std::min(first + kHoursAtOnce, images.size());
+    parallel_for_each(sensors, 1, [&](std::size_t sensor) { add(sensor, first, end); });
+    if (progress) progress(static_cast<double>(end) / static_cast<double>(images.size()));
+  }
 }
 
 }  // namespace
 
-DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky) {
+DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
+                     const std::function<void(double)>& progress) {
   GatherPoints points;
   SlotRadiance unused;
   FirstHit first_hit;
@@ -301,7 +308,7 @@ DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t se
   std::iota(all.begin(), all.end(), 0u);
   DirectSun out{reflected_sun(tracer, points, sensors, sky, all), {}};
   out.mirrored.resize(out.straight.size());
-  if (!grid.on_surfaces) add_sun_images(tracer, grid, sensors, sky, out);
+  if (!grid.on_surfaces) add_sun_images(tracer, grid, sensors, sky, progress, out);
   return out;
 }
 

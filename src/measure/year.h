@@ -111,7 +111,9 @@ struct DirectSun {
   /// From the directions of its images (SunImages); 0 for sensors on surfaces, which photons light.
   std::vector<float> mirrored;
 };
-DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky);
+/// @param progress is told the share that is done, by the calling thread; null: nobody is
+DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
+                     const std::function<void(double)>& progress = nullptr);
 
 /// Illuminance at sensors in all hours, lx.
 struct Year {

@@ -282,7 +282,10 @@ TEST(SunImages, SpotsOfAYearAreWhereTheSunThrowsThem) {
   const Scene plain(d);
   const YearScene sky = under_sky(plain, model);
   const auto grid = coefficient_grid(sensors, false);
-  const DirectSun found = direct_sun(*sky.tracer, *grid, sensors.size(), model.sky);
+  std::vector<double> done;
+  const DirectSun found =
+      direct_sun(*sky.tracer, *grid, sensors.size(), model.sky, [&](double share) { done.push_back(share); });
+  EXPECT_EQ(done, std::vector<double>{1}) << "for a few hours, all at once";
   for (std::size_t hour = 0; hour < 3; ++hour) {
     const Vec3 sun = model.sky.sun[hour];
     const double expected = sun.z * reflected(sun.z);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -13,6 +14,8 @@
 
 namespace glowworm {
 namespace {
+
+const YearWatch kWait{[](Job& job, YearProgress) { job.wait(); }, nullptr};
 
 constexpr double kReflectanceOutside = 0.2, kNorth = 48;
 constexpr std::uint32_t kPixelsOfView = 40;
@@ -89,9 +92,7 @@ TEST(SlowRateViews, AgreesWithPicturesOfSingleHours) {
                                      fisheye_at({2, 1.2f, 2.5f}, {0, 1.2f, 3})};
   std::vector<ViewYear> found(2, ViewYear(3));
   const std::vector<std::uint32_t> hours{0, 1, 2};
-  ASSERT_TRUE(rate_views(
-      Scene(room_with_opening()), views, kPixelsOfView, model, hours, {}, [](Job& job, YearProgress) { job.wait(); },
-      found));
+  ASSERT_TRUE(rate_views(Scene(room_with_opening()), views, kPixelsOfView, model, hours, {}, kWait, found));
   for (std::size_t view = 0; view < 2; ++view)
     for (std::size_t hour = 0; hour < 3; ++hour) {
       const Glare alone = glare_of_hour(room_with_opening(), views[view], weather.hours[hour]);
@@ -134,9 +135,7 @@ class SlowPolishedFloor : public testing::Test {
     RenderSettings quick;
     quick.photons = 100'000;
     quick.gather = 16;
-    rate_views(
-        Scene(room(alpha)), std::span(&view_, 1), kPixelsOfView, model, hours, quick,
-        [](Job& job, YearProgress) { job.wait(); }, found);
+    rate_views(Scene(room(alpha)), std::span(&view_, 1), kPixelsOfView, model, hours, quick, kWait, found);
     return found[0];
   }
 };
@@ -186,8 +185,7 @@ TEST(SlowRateViews, StatesItsNoise) {
     quick.photons = 20'000;
     quick.gather = 8;
     std::vector<ViewYear> found(1, ViewYear(3));
-    ASSERT_TRUE(rate_views(
-        Scene(room_with_opening()), views, 24, model, hours, quick, [](Job& job, YearProgress) { job.wait(); }, found));
+    ASSERT_TRUE(rate_views(Scene(room_with_opening()), views, 24, model, hours, quick, kWait, found));
     for (std::size_t i = 0; i < 3; ++i) {
       lux[i].add(found[0].illuminance[i], found[0].illuminance_error[i]);
       dgp[i].add(found[0].dgp[i], found[0].dgp_error[i]);
@@ -212,9 +210,17 @@ TEST(RateViews, LeavesOtherHoursAlone) {
   RenderSettings quick;
   quick.photons = 20'000;
   quick.gather = 8;
-  ASSERT_TRUE(rate_views(
-      Scene(room_with_opening()), views, 16, model, std::vector<std::uint32_t>{1}, quick,
-      [](Job& job, YearProgress) { job.wait(); }, found));
+  std::vector<double> done;
+  const YearWatch watch{[&](Job& job, YearProgress part) {
+                          done.push_back(part.before);
+                          job.wait();
+                          done.push_back(part.before + part.share);
+                        },
+                        [&](double share) { done.push_back(share); }};
+  ASSERT_TRUE(
+      rate_views(Scene(room_with_opening()), views, 16, model, std::vector<std::uint32_t>{1}, quick, watch, found));
+  EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  EXPECT_NEAR(done.back(), 1, 1e-9) << "with the hours, which no Job does";
   EXPECT_EQ(found[0].dgp[0], 0);
   EXPECT_GT(found[0].dgp[1], 0.1f);
   EXPECT_EQ(found[0].illuminance[2], 0);

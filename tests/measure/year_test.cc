@@ -223,7 +223,7 @@ TEST(FindState, IsUnbiasedBehindSlats) {
   const YearScene sky = under_sky(plain, model);
   RenderSettings asked;
   asked.noise_target = 0.02;
-  const auto wait = [](Job& job, YearProgress) { job.wait(); };
+  const YearWatch wait{[](Job& job, YearProgress) { job.wait(); }, nullptr};
   const auto found = find_state(plain, sky, sensors, false, model, asked, wait);
   ASSERT_TRUE(found);
   // Paths under the same patches, all of radiance 1.
