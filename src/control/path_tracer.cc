@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 
 #include "core/make_parts.h"
 #include "core/random.h"
@@ -294,7 +293,7 @@ class PathPass {
         statistics_(statistics) {
     if (view.camera) camera_medium_ = camera_medium(tracer, *view.camera);
     if (maps && view.points && !view.points->on_surfaces && !view.points->delta_lights_apart)
-      images_.emplace(SunImages::of_lights(tracer.scene()));
+      images_ = maps->air().images.get();
   }
 
   /// Traces all samples of a task.
@@ -384,7 +383,7 @@ class PathPass {
   FirstHit& first_hit_;
   Statistics& statistics_;
   PathMedium camera_medium_;
-  std::optional<SunImages> images_;  // for points in air
+  const SunImages* images_ = nullptr;  // for points in air; null: none
   Lookups found_;
   LargeVector<RGB> found_light_;
 };

@@ -187,9 +187,8 @@ class PassRenderer {
   void add_light_in_air(const GatherPoints& points) {
     const std::vector<AirPoint> places = air_points(points);
     add_air_light(tracer_, maps_.air(), places, out_.radiance, out_.radiance.caustic, statistics_);
-    if (takes_delta_lights())
-      add_image_light(tracer_, SunImages::of_lights(tracer_.scene()), places, out_.radiance, out_.radiance.caustic,
-                      statistics_);
+    if (takes_delta_lights() && maps_.air().images)
+      add_image_light(tracer_, *maps_.air().images, places, out_.radiance, out_.radiance.caustic, statistics_);
   }
 
   /// Whether surface samples take directional lights in place of light samples.

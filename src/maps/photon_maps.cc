@@ -230,6 +230,7 @@ void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statis
   air_.most_radius = most_air_radius(tracer.scene(), pass.photons, air_.nearest);
   const DiscTree discs = air_discs(tracer.scene(), *settings_.in_air, air_.most_radius);
   pass.discs = &discs;
+  if (!air_.images) air_.images = std::make_shared<const SunImages>(SunImages::of_lights(tracer.scene()));
   if (settings_.air_choice == PhotonChoice::all) {
     pass_ = trace_photons(tracer, pass, statistics);
     air_.segments = std::exchange(pass_.segments, {});
@@ -251,6 +252,7 @@ PhotonPass PhotonMaps::trace_chosen(const Tracer& tracer, PhotonChoice choice, c
   if (discs) wanted.photons = photons_past(settings_.in_air->position.size(), wanted.photons);
   wanted.choice = choice;
   wanted.discs = discs;
+  wanted.images = air_.images.get();
   wanted.importance = nullptr;
   wanted.max_emitted = wanted.photons;
   const auto learn = [&] {

@@ -19,6 +19,7 @@
 namespace glowworm {
 
 class KeptPaths;
+class SunImages;
 
 /// The places where the image needs photons.
 struct PhotonImportance {
@@ -55,9 +56,10 @@ struct PhotonPassSettings {
   /// All but PhotonChoice::all: make only PhotonPass::caustic, of `photons` photons.
   PhotonChoice choice = PhotonChoice::all;
   /// Fill PhotonPass::segments with the parts of paths that cross one of these discs; null: none. With other choices
-  /// than all, the pass makes them in place of PhotonPass::caustic, and leaves out those that come from SunImages.
+  /// than all, the pass makes them in place of PhotonPass::caustic, and leaves out those that come from `images`.
   const DiscTree* discs = nullptr;
-  SharedWork* shared = nullptr;  ///< processes that divide the pass; null: this one traces all of it
+  const SunImages* images = nullptr;  ///< null: none
+  SharedWork* shared = nullptr;       ///< processes that divide the pass; null: this one traces all of it
   /// Paths of the pass at another moment, after KeptPaths::begin(); then those of this pass. The pass has no flux
   /// balance. null: none are kept.
   KeptPaths* kept = nullptr;

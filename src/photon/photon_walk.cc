@@ -27,13 +27,11 @@ Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
 
 /// PhotonWalk::images_ of a pass.
 std::vector<std::vector<Vec3>> images_of_suns(const Scene& scene, const PhotonPassSettings& pass) {
-  if (!pass.discs || pass.choice == PhotonChoice::all) return {};
-  const SunImages images = SunImages::of_lights(scene);
-  if (images.empty()) return {};
+  if (!pass.discs || pass.choice == PhotonChoice::all || !pass.images || pass.images->empty()) return {};
   std::vector<std::vector<Vec3>> out(scene.light_power().size());
   for (std::size_t i = 0; i < scene.lights().size(); ++i)
     if (const Light& light = scene.lights()[i]; light.kind == LightKind::directional)
-      out[scene.emissive_triangles().size() + i] = images.of(-light.direction);
+      out[scene.emissive_triangles().size() + i] = pass.images->of(-light.direction);
   return out;
 }
 
