@@ -210,6 +210,19 @@ RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
   return sum_of_albedos(view_of(bsdf, wo, lobes), [&](const Component& c) { return (c.lobe & lobes) != 0; });
 }
 
+LobeChoice choose_lobes(const Bsdf& bsdf, Vec3 wo, float u) {
+  const Components components = chosen_components(view_of(bsdf, wo, kAllLobes));
+  float below = 0;
+  for (const Lobes lobes : {kDiffuse, kGlossy, kSpecular}) {
+    float probability = 0;
+    for (int i = 0; i < components.count; ++i)
+      if (components.list[i].lobe & lobes) probability += components.list[i].probability;
+    below += probability;
+    if (u < below) return {lobes, probability};
+  }
+  return {};
+}
+
 RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo) {
   return sum_of_albedos(view_of(bsdf, wo, kSpecular), [](const Component& c) { return c.shape == Shape::straight; });
 }

@@ -24,7 +24,8 @@ inline constexpr Lobes kGlossy = 4;  ///< GGX reflection with alpha >= kSpecular
 /// Smooth, or GGX with alpha < kSpecularAlpha; and all lobes that transmit through their facets, however rough: photons
 /// are compared by the side of arrival, so an estimate on one side of glass cannot count photons of the other.
 inline constexpr Lobes kSpecular = 8;
-inline constexpr Lobes kBroad = kDiffuseReflection | kDiffuseTransmission | kGlossy;
+inline constexpr Lobes kDiffuse = kDiffuseReflection | kDiffuseTransmission;
+inline constexpr Lobes kBroad = kDiffuse | kGlossy;
 inline constexpr Lobes kAllLobes = kBroad | kSpecular;
 
 /// GGX alpha below which a lobe counts as specular.
@@ -129,6 +130,14 @@ BsdfSample sample(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u, Lobes lobes, 
 /// Share of the light from wo that the given lobes scatter (directional albedo), exact or approximate: it chooses
 /// between lobes and decides Russian roulette. It is > 0 wherever the lobes are not black.
 RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes);
+
+/// Lobes that a path takes.
+struct LobeChoice {
+  Lobes lobes = 0;        ///< kDiffuse, kGlossy or kSpecular; 0: the surface is black
+  float probability = 0;  ///< of this choice
+};
+/// Chooses lobes in proportion to their albedos. @param u in [0, 1)
+LobeChoice choose_lobes(const Bsdf& bsdf, Vec3 wo, float u);
 
 /// Share of the light from -wo that reaches the viewer at wo straight through the surface, as through a pane of glass.
 RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo);

@@ -53,6 +53,8 @@ class ShadedSurface {
 
   /// albedo() of bsdf.h.
   RGB albedo(Vec3 wo, Lobes lobes) const { return glowworm::albedo(bsdf_, local_view(wo), lobes); }
+  /// choose_lobes() of bsdf.h.
+  LobeChoice choose_lobes(Vec3 wo, float u) const { return glowworm::choose_lobes(bsdf_, local_view(wo), u); }
   /// Radiance towards wo for radiance 1 from wi, per steradian: f with its cosine. Deltas count as zero.
   RGB evaluate(Vec3 wo, Vec3 wi, Lobes lobes) const;
   /// The density per steradian with which sample() chooses wi; deltas count as zero.

@@ -65,12 +65,13 @@ GlossyNumbers GlossyPreparer::prepare(const QueryBsdf& point, GlossyModel model)
   const IsotropicReflection f = isotropic_reflection(point.bsdf, cosine_o);
   const float alpha2 = f.alpha * f.alpha, tangent2 = (1 - cosine_o * cosine_o) / (cosine_o * cosine_o);
   numbers[kGlossyAlphaSquared] = alpha2;
-  numbers[kGlossyLobe] = alpha2 / (4 * cosine_o);
+  const bool diffuse = point.lobes & kDiffuse, glossy = point.lobes & kGlossy;
+  numbers[kGlossyLobe] = glossy ? alpha2 / (4 * cosine_o) : 0;
   numbers[kGlossyMasking] = 0.5f * std::sqrt(1 + alpha2 * tangent2);
-  set_color(numbers, kGlossyDiffuse, f.diffuse * std::numbers::pi_v<float>);
+  set_color(numbers, kGlossyDiffuse, f.diffuse * (diffuse ? std::numbers::pi_v<float> : 0));
   set_color(numbers, kGlossyFirst, f.first);
   set_color(numbers, kGlossySecond, f.second);
-  set_color(numbers, kGlossyMultiple, f.multiple * std::numbers::pi_v<float>);
+  set_color(numbers, kGlossyMultiple, f.multiple * (glossy ? std::numbers::pi_v<float> : 0));
   const bool coated = model == GlossyModel::coated;
   if (coated) numbers[kGlossyThrough] = f.through;
   numbers[kGlossyFirstGrazing] = coated ? f.eta : f.first_grazing;

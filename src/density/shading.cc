@@ -44,7 +44,7 @@ void BatchShader::add(const QueryBsdf& query, const GatheredPhotons& photons, st
   local_.resize(count);
   values_.resize(count);
   for (std::size_t i = 0; i < count; ++i) local_[i] = local(photons.direction[i]);
-  evaluate_batch(query.bsdf, local(query.wo), local_, kBroad, values_);
+  evaluate_batch(query.bsdf, local(query.wo), local_, query.lobes, values_);
   for (std::size_t i = 0; i < count; ++i) {
     const RGB f = photons.flux[i] * values_[i];
     sum[0] += f.r;

@@ -189,15 +189,16 @@ class ChunkGatherer {
   }
 
   bool scatter(std::size_t i, PathState& path, Vertex& vertex) {
-    const float before = max_component(path.throughput), broad = broad_probability(vertex);
-    if (broad >= 1) return arrive(i, path, vertex);
-    if (!vertex.has(kBroad)) return follow(i, path, vertex, before);
+    if (is_lambertian(vertex.bsdf)) return arrive(i, path, vertex);
     // A secondary ray exists only for some numbers of the rays before it, so it needs another one.
     const std::uint32_t first_choice = kSplitStream + rays_.bounces[i];
-    const float u = number(i, is_second(i) ? hash_combine(first_choice, segments_) : first_choice);
-    const bool arrives = u < broad;
-    path.throughput *= 1 / (arrives ? broad : 1 - broad);
-    return arrives ? arrive(i, path, vertex) : follow(i, path, vertex, before);
+    const float before = max_component(path.throughput),
+                u = number(i, is_second(i) ? hash_combine(first_choice, segments_) : first_choice);
+    const LobeChoice choice = vertex.surface().choose_lobes(vertex.wo, u);
+    if (!(choice.probability > 0)) return false;
+    path.throughput *= 1 / choice.probability;
+    if (choice.lobes == kDiffuse) return arrive(i, path, vertex);
+    return choice.lobes == kGlossy ? secondary_gather(i, path, vertex, kGlossy) : follow(i, path, vertex, before);
   }
 
   /// Whether light that ray i meets is direct light of the gather point, which light samples bring, too.
@@ -256,11 +257,11 @@ class ChunkGatherer {
     radiance_.add(target, points_.slot[p], path.throughput * emitted * weight, source);
   }
 
-  /// Processes a ray that ends on a broad lobe: makes query points, or starts a secondary gather if the ray is too
+  /// Processes a ray that ends on a diffuse lobe: makes query points, or starts a secondary gather if the ray is too
   /// short.
   bool arrive(std::size_t i, PathState& path, Vertex& vertex) {
-    if (is_short(i, rays_.hits[i], vertex.point.position)) return secondary_gather(i, path, vertex);
-    add_query(queries_, vertex, path.throughput, points_.slot[rays_.point[i]]);
+    if (is_short(i, rays_.hits[i], vertex.point.position)) return secondary_gather(i, path, vertex, kDiffuse);
+    add_query(queries_, vertex, path.throughput, points_.slot[rays_.point[i]], kDiffuse);
     return false;
   }
 
@@ -269,23 +270,24 @@ class ChunkGatherer {
 
   /// Secondary gather: caustics by their map, all other light by one more ray, whose direct light is weighted against
   /// that of one light sample. The sample alone would have no bound where a light touches a corner. Roulette ends rays
-  /// that are short again.
-  bool secondary_gather(std::size_t i, PathState& path, Vertex& vertex) {
+  /// that are short again. Glossy lobes are always gathered: few photons lie in their directions, and estimates on
+  /// curved parts count photons whose directions lie behind the surface at the end of the ray.
+  bool secondary_gather(std::size_t i, PathState& path, Vertex& vertex, Lobes lobes) {
     const std::uint32_t p = rays_.point[i];
     Sampler sampler = sampler_of(i, kGatherAgainStream + segments_);
     const Vec2 u_light = sampler.next2();
     const LightSample sample = sample_light(scene_, vertex, u_light, sampler.next1());
-    const UnoccludedLight light = reflected_light(sample, vertex, kBroad, kBroad);
+    const UnoccludedLight light = reflected_light(sample, vertex, lobes, lobes);
     if (!settings_.photons_alone && !is_black(light.radiance)) {
       ++shadow_rays_;
       radiance_.add(radiance_.indirect, points_.slot[p],
                     path.throughput * light.radiance * passed_share(tracer_, light), light.source);
     }
-    if (caustic_queries_) add_query(*caustic_queries_, vertex, path.throughput, points_.slot[p]);
+    if (caustic_queries_) add_query(*caustic_queries_, vertex, path.throughput, points_.slot[p], lobes);
     const float u_lobe = sampler.next1();
     Vec2 u = sampler.next2();
     float factor = guide(vertex, u);
-    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, u, kBroad);
+    const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, u, lobes);
     if (is_secondary(i)) {
       const float survival = std::min(max_component(s.weight * factor), kMostSurvival);
       if (!(sampler.next1() < survival)) return false;

@@ -15,8 +15,9 @@ inline constexpr std::uint32_t kLambertianQuery = 0xffffffffu;
 /// A BSDF with its shading frame, for query points that are not Lambertian.
 struct QueryBsdf {
   Bsdf bsdf;
-  Vec3 s, t, n;  ///< shading frame in world space
-  Vec3 wo;       ///< unit, world space, towards the gather point, by ShadedSurface::seen_from()
+  Vec3 s, t, n;          ///< shading frame in world space
+  Vec3 wo;               ///< unit, world space, towards the gather point, by ShadedSurface::seen_from()
+  Lobes lobes = kBroad;  ///< of the BSDF that scatter the photons
 };
 
 /// Points whose outgoing radiance is estimated. Arrays of one length, index i one point. Completion reads `weight` and

@@ -24,12 +24,12 @@ SmoothLobes smooth_lobes(const Vertex& vertex) {
   return {{first, last}, 2};
 }
 
-void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target) {
+void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target, Lobes lobes) {
   const Bsdf& bsdf = vertex.bsdf;
   const Vec3 position = vertex.point.position, normal = vertex.normal();
   if (bsdf.kind != BsdfKind::lambertian) {
     const Frame& frame = vertex.point.frame;
-    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo)};
+    const QueryBsdf query{bsdf, frame.s, frame.t, frame.n, vertex.surface().seen_from(vertex.wo), lobes};
     queries.push_back(position, normal, query, weight, target);
     if ((bsdf.kind == BsdfKind::metallic_roughness && bsdf.diffuse_transmission > 0) || bsdf.kind == BsdfKind::measured)
       queries.push_back(position, -normal, query, weight, target);

@@ -60,8 +60,8 @@ inline bool diffuse_vertex(const Scene& scene, const Hit& hit, DiffusePoint& poi
 }
 
 /// Appends a surface point as query points: one; two if it transmits light diffusely; none if it is black.
-/// @param target QueryPoints::gather_point
-void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target);
+/// @param target QueryPoints::gather_point @param lobes those that scatter the photons
+void add_query(QueryPoints& queries, const Vertex& vertex, RGB weight, std::uint32_t target, Lobes lobes = kBroad);
 /// The same for diffuse_vertex(). @param wo as Vertex::wo
 inline void add_query(QueryPoints& queries, const DiffusePoint& point, Vec3 wo, RGB weight, std::uint32_t target) {
   if (!is_black(point.reflectance))

@@ -85,7 +85,7 @@ PhotonBatch photons_from_everywhere(std::size_t count) {
 }
 
 /// Points of the surfaces given, in turn; the shading frame of every third faces away from who looks, and that of every
-/// seventh is tilted.
+/// seventh is tilted. Of every five, one scatters by its diffuse lobes alone, and one by its glossy ones.
 QueryPoints points_of(const std::vector<Bsdf>& bsdfs, std::size_t count) {
   const QueryPoints places = room_queries(count, 5);
   QueryPoints points;
@@ -99,6 +99,7 @@ QueryPoints points_of(const std::vector<Bsdf>& bsdfs, std::size_t count) {
     query.t = frame.t;
     query.n = frame.n;
     query.bsdf = bsdfs[i % bsdfs.size()];
+    if (i % 5 < 2) query.lobes = i % 5 == 0 ? kDiffuse : kGlossy;
     points.push_back(places.position[i], places.normal[i], query, RGB(1.0f), i);
   }
   return points;

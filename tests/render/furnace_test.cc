@@ -3,6 +3,7 @@
 
 #include "builtin/builtin.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -54,6 +55,49 @@ TEST_P(SlowFurnace, IndirectLightAlone) {
       for (int c = 0; c < 3; ++c) sum.value[c] += found.value[c] / 4;
     }
     for (const double v : sum.value) EXPECT_NEAR(v, 0.5, 0.5 * kFurnaceTolerance) << engine;
+  }
+}
+
+/// A furnace of 2 m with a grid of glossy rods above its floor, thinner than the photons' radii, which the camera sees
+/// from below the grid.
+SceneDescription furnace_with_rods() {
+  SceneDescription d;
+  constexpr std::uint32_t kWall = 0, kMetal = 1;
+  d.materials.resize(2);
+  d.materials[kMetal].reflectance.value = RGB(1.0f);
+  const std::uint32_t lamp = add_emission(d, RGB(0.5f));
+  d.materials[kMetal].kind = MaterialKind::conductor;
+  d.materials[kMetal].use_reflectance = true;
+  d.materials[kMetal].roughness_u.value = d.materials[kMetal].roughness_v.value = 0.1f;
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, kWall, lamp);
+  add_quad(d, {-1, -1, 2}, {0, 2, 0}, {2, 0, 0}, kWall, lamp);
+  add_quad(d, {-1, -1, 0}, {0, 2, 0}, {0, 0, 2}, kWall, lamp);
+  add_quad(d, {1, -1, 0}, {0, 0, 2}, {0, 2, 0}, kWall, lamp);
+  add_quad(d, {-1, -1, 0}, {0, 0, 2}, {2, 0, 0}, kWall, lamp);
+  add_quad(d, {-1, 1, 0}, {2, 0, 0}, {0, 0, 2}, kWall, lamp);
+  constexpr int kRods = 20, kSides = 8;
+  constexpr float kApart = 2.0f / kRods, kRadius = 0.01f;
+  for (int i = 0; i < kRods; ++i)
+    for (int side = 0; side < kSides; ++side) {
+      const auto corner = [&](int at) {
+        const float turn = 2 * kPi * static_cast<float>(at) / kSides;
+        return Vec3{-0.99f, (static_cast<float>(i) + 0.5f) * kApart - 1 + kRadius * std::cos(turn),
+                    0.2f + kRadius * std::sin(turn)};
+      };
+      add_quad(d, corner(side), corner(side + 1) - corner(side), {1.98f, 0, 0}, kMetal);
+    }
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.15f, 1));
+  return d;
+}
+
+/// Photons near the end of a gather ray would bring too little light of rods: the directions of many lie behind the
+/// surface there.
+TEST(FurnaceOfRods, KeepsTheirReflections) {
+  const Stage stage(furnace_with_rods());
+  for (const char* engine : {"knn", "blocked"}) {
+    SCOPED_TRACE(engine);
+    const Mean found = mean(stage.render(by_photons(16, 16, 16, 200'000, engine)));
+    for (const double v : found.value) EXPECT_NEAR(v, 1, kFurnaceTolerance);
   }
 }
 
