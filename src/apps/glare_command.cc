@@ -255,7 +255,8 @@ A line of the file of views gives a place and a direction as Radiance does, in m
 the axes of the scene's file: -vp 1 1.2 2 -vd 0 0 -1 -vu 0 1 0. Each view is rendered as
 an equidistant fisheye of 180 degrees; all of them share their photons. Sources are
 connected pixels above --threshold; the sun is one of half a degree. Lamps without size
-give light to the room, but are no sources.
+give light to the room, but are no sources. Pixels at the edge of a source show part of
+it: a source of few pixels is rated too low, and --side gives it more.
 In place of a scene you can give a fisheye picture (.hdr, .pic or .exr; -vta or -vth),
 with its exposure and view in the header.
 
@@ -278,12 +279,15 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
   add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
   CLI::Option* const threshold =
       add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
+          ->option_text(fmt::format("LUMINANCE [{:.0f}]", kGlareThreshold))
           ->group("Glare");
   add_text(*c, "Glare", "--task", o->task, "X,Y,ANGLE",
            "A circle in the picture that shows the task, by pixels from the lower left corner and radians across: "
            "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5")
       ->excludes(threshold);
-  add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")->group("Glare");
+  add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")
+      ->option_text(fmt::format("PIXELS [{}]", o->side))
+      ->group("Glare");
   add_light_option(*c, "Scene", o->lights);
   add_method_options(*c, Command::measure, *o);
   add_report_options(*c, false, o->report);

@@ -47,6 +47,15 @@ TEST_F(RenderTest, HelpNamesEnginesScenesAndExamples) {
   EXPECT_THAT(run({"--version"}).out, HasSubstr("glowworm "));
 }
 
+TEST_F(RenderTest, HelpNamesWhatEachOptionTakes) {
+  for (const char* command : {"render", "bake", "measure", "daylight", "glare", "view", "info", "compare", "merge"}) {
+    const std::string help = run({command, "--help"}).out;
+    // CLI11's own names of types.
+    for (const char* type : {" TEXT ", " INT ", " UINT ", " FLOAT "})
+      EXPECT_EQ(help.find(type), std::string::npos) << command << type;
+  }
+}
+
 TEST_F(RenderTest, SameSeedSamePixels) {
   for (const std::vector<std::string>& method :
        {std::vector<std::string>{"--engine", "knn"}, {"--engine", "blocked"}, {"--integrator", "path"}}) {
