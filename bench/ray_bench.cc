@@ -175,18 +175,16 @@ class SceneBench {
 
   /// Gather rays point by point, in the order of final_gather(), and sorted.
   void make_gather_orders() {
-    GatherRays rays;
+    GatherPaths rays;
     GatherRayMaker maker;
     std::vector<std::uint32_t> order(points_.size());
     std::iota(order.begin(), order.end(), 0u);
     maker.prepare(points_, order, kRaysEach, 0, nullptr);
     maker.create(0, kRaysEach, rays);
-    std::vector<std::uint32_t> by_point(rays.size());
-    std::iota(by_point.begin(), by_point.end(), 0u);
-    std::stable_sort(by_point.begin(), by_point.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return rays.point[a] < rays.point[b]; });
+    std::stable_sort(rays.begin(), rays.end(),
+                     [](const GatherPath& a, const GatherPath& b) { return a.point < b.point; });
     std::vector<Ray> created;
-    for (const std::uint32_t i : by_point) created.push_back(rays.rays[i]);
+    for (const GatherPath& path : rays) created.push_back(path.ray);
     std::vector<Ray> framed;
     const auto for_chunks = [&](const std::function<void()>& work) {
       for (std::size_t first = 0; first < points_.size(); first += kPointsPerChunk) {
@@ -198,7 +196,7 @@ class SceneBench {
       rays.clear();
       maker.prepare(points_, order, kRaysEach, 0, nullptr);
       maker.create(0, kRaysEach, rays);
-      framed.insert(framed.end(), rays.rays.begin(), rays.rays.end());
+      for (const GatherPath& path : rays) framed.push_back(path.ray);
     });
     const double framed_seconds = median_seconds(repeats_, [&] { for_chunks([] {}); });
     std::vector<Ray> sorted;

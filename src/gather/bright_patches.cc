@@ -174,8 +174,7 @@ BrightPatches::Sample BrightPatches::sample(const Geometry& geometry, Vec3 from,
 }
 
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
-                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
-                       std::vector<std::uint32_t>& targets) {
+                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherPaths& out) {
   const auto [rays_each, samples_each, seed] = settings;
   for (std::uint32_t n = 0; n < samples_each; ++n)
     for (const std::uint32_t i : order) {
@@ -200,18 +199,21 @@ void create_patch_rays(const Scene& scene, const BrightPatches& patches, const G
       const float pdf_patch = s.density * squared / cosine;
       const float pdf_bsdf = surface.pdf(points.wo[i], direction, kBroad);
       const float together = static_cast<float>(samples_each) * pdf_patch + static_cast<float>(rays_each) * pdf_bsdf;
-      out.push_back(ray, points.throughput[i] * scattered * (1 / together), pdf_bsdf, i, rays_each + n);
-      out.segment.back() = Segment::to_patch;
-      targets.push_back(s.patch);
+      GatherPath& path =
+          add_gather_path(out, ray, points.throughput[i] * scattered * (1 / together), pdf_bsdf, i, rays_each + n);
+      path.segment = Segment::to_patch;
+      path.patch = s.patch;
     }
 }
 
-float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
-                   const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each) {
-  const float density = patches.density(ray.origin, patch);
-  const float cosine = std::abs(dot(scene.diffuse_triangle(hit.triangle).normal, ray.direction));
+float patch_weight(const Scene& scene, const BrightPatches& patches, const GatherPath& path, const Hit& hit,
+                   std::uint32_t rays_each, std::uint32_t samples_each) {
+  const std::uint32_t patch = patches.find(hit.triangle, hit.barycentric);
+  if (patch == kNone) return 1;
+  const float density = patches.density(path.ray.origin, patch);
+  const float cosine = std::abs(dot(scene.diffuse_triangle(hit.triangle).normal, path.ray.direction));
   if (!(density > 0) || !(cosine > 0)) return 1;
-  return balance_heuristic(static_cast<float>(rays_each), pdf, static_cast<float>(samples_each),
+  return balance_heuristic(static_cast<float>(rays_each), path.pdf, static_cast<float>(samples_each),
                            density * hit.distance * hit.distance / cosine);
 }
 

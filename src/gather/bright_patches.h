@@ -83,15 +83,13 @@ struct PatchRaySettings {
 };
 
 /// Appends rays to bright patches, `samples_each` for every gather point listed, weighted against `rays_each` rays
-/// sampled by the BSDF. Appends to `targets` the patch that each ray must hit to count.
+/// sampled by the BSDF.
 void create_patch_rays(const Scene& scene, const BrightPatches& patches, const GatherPoints& points,
-                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherRays& out,
-                       std::vector<std::uint32_t>& targets);
+                       std::span<const std::uint32_t> order, const PatchRaySettings& settings, GatherPaths& out);
 
-/// Balance-heuristic weight of a BSDF-sampled ray that ends on `patch`.
-/// @param pdf density of the ray's direction, per steradian
-float patch_weight(const Scene& scene, const BrightPatches& patches, std::uint32_t patch, const Ray& ray,
-                   const Hit& hit, float pdf, std::uint32_t rays_each, std::uint32_t samples_each);
+/// Balance-heuristic weight of a BSDF-sampled ray by its hit: 1 unless it ends on a patch.
+float patch_weight(const Scene& scene, const BrightPatches& patches, const GatherPath& path, const Hit& hit,
+                   std::uint32_t rays_each, std::uint32_t samples_each);
 
 /// The default number of rays to bright patches for a number of rays sampled by the BSDF.
 std::uint32_t default_patch_samples(std::uint32_t gather_rays);

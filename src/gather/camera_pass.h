@@ -6,10 +6,10 @@
 
 #include "core/statistics.h"
 #include "points/gather_points.h"
-#include "points/query_points.h"
 #include "points/slot_value.h"
 #include "points/volume_segments.h"
 #include "trace/tracer.h"
+#include "transport/vertex.h"
 
 namespace glowworm {
 
@@ -48,6 +48,10 @@ struct FirstHit {
   std::array<std::vector<float>, kSlotValues> values;
   std::vector<float>& of(SlotValue value) { return values[static_cast<std::size_t>(value)]; }
 
+  /// Notes where a camera ray ends. @param depth metres along it
+  void see(std::uint32_t slot, const Hit& hit, float depth);
+  /// Notes the normal and albedo of the surface there.
+  void see(std::uint32_t slot, const Vertex& vertex);
   /// Resizes to so many slots. @param places whether to include triangles and barycentric coordinates; without
   /// `surface_albedo`
   void resize(std::size_t slots, bool places);
@@ -64,11 +68,5 @@ GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks
 /// The same, into `points`, which keeps its allocated memory.
 void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, const CameraPassSettings& settings,
                  SlotRadiance& radiance, FirstHit& first_hit, GatherPoints& points, Statistics& statistics);
-
-/// For direct display of a photon map: fills `queries` with what gather_points_as_queries() would make of the gather
-/// points, without making those. `queries` keeps its allocated memory. Does not count gather points.
-void camera_pass_queries(const Tracer& tracer, const Camera& camera, CameraTasks tasks,
-                         const CameraPassSettings& settings, SlotRadiance& radiance, FirstHit& first_hit,
-                         QueryPoints& queries, Statistics& statistics);
 
 }  // namespace glowworm

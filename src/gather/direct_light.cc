@@ -28,9 +28,8 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, const Di
   const auto lights_each = static_cast<float>(light_samples), rays_each = static_cast<float>(settings.gather_rays);
   const Scene& scene = tracer.scene();
   parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
-    std::vector<UnoccludedLight> lights_found;
-    std::vector<RGB> light;
-    std::vector<std::uint32_t> slot, index(light_samples);
+    LightAdder adder(tracer, radiance);
+    std::vector<std::uint32_t> index(light_samples);
     std::vector<float> u_light(light_samples), u_x(light_samples), u_y(light_samples), unused(light_samples);
     for (std::size_t i = first; i < last; ++i) {
       const Vertex vertex = vertex_of(points, i);
@@ -44,18 +43,14 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, const Di
         const LightSample sample = sample_light(scene, vertex.point.position, lights, u_light[n], {u_x[n], u_y[n]});
         if (sample.delta && !settings.delta_lights) continue;
         if (sample.is_directional() && !settings.directional) continue;
-        const UnoccludedLight l = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
-                                                  [&](Vec3 w) { return density.weighing_pdf(w); });
-        if (is_black(l.radiance)) continue;
-        lights_found.push_back(l);
-        light.push_back(points.throughput[i] * l.radiance / lights_each);
-        slot.push_back(points.slot[i]);
+        UnoccludedLight light = reflected_light(sample, vertex, kBroad, lights_each, rays_each,
+                                                [&](Vec3 w) { return density.weighing_pdf(w); });
+        light.radiance = points.throughput[i] * light.radiance / lights_each;
+        adder.wait(points.slot[i], light);
       }
     }
-    const std::vector<RGB> passed = passed_shares(tracer, lights_found);
-    for (std::size_t i = 0; i < passed.size(); ++i)
-      if (!is_black(passed[i])) radiance.add(radiance.direct, slot[i], light[i] * passed[i], lights_found[i].source);
-    statistics.add(Counter::occlusion_rays, passed.size());
+    adder.add_waiting(radiance.direct);
+    statistics.add(Counter::occlusion_rays, adder.shadow_rays);
   });
 }
 

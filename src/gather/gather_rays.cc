@@ -70,14 +70,6 @@ std::uint32_t octahedral_cell(Vec3 d, int bits) {
 
 }  // namespace
 
-void GatherRays::put(std::size_t i, const PathState& path) {
-  rays[i] = path.ray;
-  weight[i] = path.throughput;
-  pdf[i] = path.pdf;
-  scattered_at[i] = path.scattered_at;
-  medium[i] = path.medium;
-}
-
 GatherDensity::GatherDensity(const GatherPoints& points, std::size_t point, const GatherGuide* guide)
     : points_(&points), guide_(guide), point_(point) {
   const Bsdf& bsdf = points.bsdf[point];
@@ -183,7 +175,7 @@ void GatherRayMaker::prepare_diffuse(std::size_t place) {
   weight_[place] = points_->throughput[i] * reflectance * (1.0f / static_cast<float>(rays_each_));
 }
 
-void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays& out) {
+void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherPaths& out) {
   DiffuseRayPoints points{order_.size(), sequence_.data(), sample_.data(), {}, {}};
   for (std::size_t i = 0; i < 9; ++i) points.frame[i] = frame_[i].data();
   for (std::size_t i = 0; i < 3; ++i) points.normal[i] = normal_[i].data();
@@ -200,8 +192,8 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherRays&
       if (!diffuse_[place])
         region_[place] == kNoTable ? add_other(place, cell, out) : add_guided(place, cell, out);
       else if (cosine_[place] > 0)
-        out.push_back(diffuse_ray(place), weight_[place] * factor_[place], cosine_hemisphere_pdf(cosine_[place]),
-                      order_[place], cell);
+        add_gather_path(out, diffuse_ray(place), weight_[place] * factor_[place], cosine_hemisphere_pdf(cosine_[place]),
+                        order_[place], cell);
     }
   }
 }
@@ -212,7 +204,7 @@ Ray GatherRayMaker::diffuse_ray(std::size_t place) const {
 }
 
 /// Adds one ray of a point with any BSDF.
-void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const {
+void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherPaths& out) const {
   const GatherPoints& points = *points_;
   const std::uint32_t i = order_[place];
   const Vec2 in_cell = gather_square(points.sequence[i], points.sample[i], rays_each_, cell, seed_);
@@ -221,13 +213,13 @@ void GatherRayMaker::add_other(std::size_t place, std::uint32_t cell, GatherRays
       surface.sample(points.wo[i], gather_ray_number(points, i, cell, seed_, kLobeStream), in_cell, kBroad);
   if (!s.valid || is_black(s.weight)) return;
   const Ray ray = leave_surface(points.position[i], s.side, points.offset[i], s.direction, 0);
-  out.push_back(ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
+  add_gather_path(out, ray, points.throughput[i] * s.weight * (1.0f / static_cast<float>(rays_each_)), s.pdf, i, cell);
 }
 
 /// Adds one ray of a point that reflects diffusely and otherwise. Both kinds of rays together have one density, so that
 /// no weight has a peak where the other kind is likely. Directions are those of the BSDF, before those on the wrong
 /// side of the surface are mirrored (bsdf/shaded_surface.h).
-void GatherRayMaker::add_guided(std::size_t place, std::uint32_t cell, GatherRays& out) const {
+void GatherRayMaker::add_guided(std::size_t place, std::uint32_t cell, GatherPaths& out) const {
   const GatherPoints& points = *points_;
   const std::uint32_t i = order_[place];
   const Bsdf& bsdf = points.bsdf[i];
@@ -250,9 +242,9 @@ void GatherRayMaker::add_guided(std::size_t place, std::uint32_t cell, GatherRay
   if (!is_finite(weight) || is_black(weight)) return;
   const float behind = std::min(dot(w, side), 0.0f);
   const Vec3 direction = w - side * (2 * behind);
-  out.push_back(leave_surface(points.position[i], side, points.offset[i], direction, 0),
-                points.throughput[i] * weight * (1.0f / static_cast<float>(rays_each_)),
-                surface.pdf(points.wo[i], direction, kBroad), i, cell);
+  add_gather_path(out, leave_surface(points.position[i], side, points.offset[i], direction, 0),
+                  points.throughput[i] * weight * (1.0f / static_cast<float>(rays_each_)),
+                  surface.pdf(points.wo[i], direction, kBroad), i, cell);
 }
 
 Vec2 gather_square(std::uint32_t sequence, std::uint32_t sample, std::uint32_t rays_each, std::uint32_t cell,

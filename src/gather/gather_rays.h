@@ -1,4 +1,4 @@
-// Batches of final gather rays, BRDF-sampled with one ray in each stratum of every gather point.
+// Final gather rays, BRDF-sampled with one ray in each stratum of every gather point.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -22,33 +22,22 @@ enum class Segment : std::uint8_t {
   to_patch          ///< straight from the gather point to a bright patch
 };
 
-/// A batch of rays; the code that traces them resizes `hits`.
-struct GatherRays : Batch<GatherRays> {
-  std::vector<Ray> rays;
-  std::vector<Hit> hits;
-  std::vector<RGB> weight;             ///< factor on the radiance along the ray: throughput f_r cos / (pdf N)
-  std::vector<float> pdf;              ///< of the direction, per steradian; as PathState::pdf
-  std::vector<std::uint32_t> point;    ///< index of the gather point
-  std::vector<std::uint32_t> stratum;  ///< 0 to N - 1
-  std::vector<Segment> segment;
-  std::vector<std::uint32_t> bounces;  ///< specular bounces so far
-  std::vector<float> chain;            ///< factor of these bounces on the weight; unset before the first
-  std::vector<PathMedium> medium;      ///< that the last bounce entered; in scenes with media
-  std::vector<Vec3> scattered_at;      ///< as PathState::scattered_at; unset before the first bounce
-
-  /// All but `hits`.
-  template <class Any>
-  static auto arrays(Any& batch) {
-    return std::tie(batch.rays, batch.weight, batch.pdf, batch.point, batch.stratum, batch.segment, batch.bounces,
-                    batch.chain, batch.medium, batch.scattered_at);
-  }
-  /// Ray i as a path, and the path as ray i.
-  PathState path(std::size_t i) const { return {rays[i], weight[i], pdf[i], scattered_at[i], medium[i]}; }
-  void put(std::size_t i, const PathState& path);
-  void push_back(const Ray& ray, RGB w, float density, std::uint32_t gather_point, std::uint32_t cell) {
-    add(ray, w, density, gather_point, cell, Segment::first, 0u, 0.0f, PathMedium(), Vec3());
-  }
+/// A gather ray under way. Its throughput is the factor on the radiance along the ray: that of the camera path times
+/// f_r cos / (pdf N).
+struct GatherPath : PathState {
+  std::uint32_t point = 0, stratum = 0;  ///< index of the gather point; 0 to N - 1
+  Segment segment = Segment::first;
+  std::uint32_t bounces = 0;    ///< specular bounces so far
+  float chain = 1;              ///< factor of these bounces on the throughput
+  std::uint32_t patch = kNone;  ///< Segment::to_patch: the bright patch that the ray must hit to count
 };
+using GatherPaths = std::vector<GatherPath>;
+
+/// Appends a ray that starts at a gather point. @param pdf of its direction, per steradian
+inline GatherPath& add_gather_path(GatherPaths& out, const Ray& ray, RGB weight, float pdf, std::uint32_t point,
+                                   std::uint32_t stratum) {
+  return out.emplace_back(GatherPath{{ray, weight, pdf}, point, stratum});
+}
 
 /// Sorts gather points [first, last) by the direction of their normals, stably, so that the rays of one stratum are
 /// coherent.
@@ -97,13 +86,13 @@ class GatherRayMaker {
   /// Of one of the points.
   const GatherDensity& density(std::uint32_t point) const { return density_[point - first_point_]; }
   /// Appends the rays of strata [first, last), last <= rays_each. Samples without a direction make no ray.
-  void create(std::uint32_t first, std::uint32_t last, GatherRays& out);
+  void create(std::uint32_t first, std::uint32_t last, GatherPaths& out);
 
  private:
   void prepare_diffuse(std::size_t place);
   Ray diffuse_ray(std::size_t place) const;
-  void add_other(std::size_t place, std::uint32_t cell, GatherRays& out) const;
-  void add_guided(std::size_t place, std::uint32_t cell, GatherRays& out) const;
+  void add_other(std::size_t place, std::uint32_t cell, GatherPaths& out) const;
+  void add_guided(std::size_t place, std::uint32_t cell, GatherPaths& out) const;
 
   const GatherPoints* points_ = nullptr;
   std::span<const std::uint32_t> order_;

@@ -20,9 +20,11 @@ bool has_near_lamps(const Scene& scene) {
 
 }  // namespace
 
-MediumWalk::MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone)
+MediumWalk::MediumWalk(const Tracer& tracer, SlotRadiance& radiance, LightAdder& lights, VolumeSegments& segments,
+                       bool photons_alone)
     : tracer_(tracer),
       radiance_(radiance),
+      lights_(lights),
       segments_(segments),
       photons_alone_(photons_alone),
       has_near_lamps_(has_near_lamps(tracer.scene())) {}
@@ -122,11 +124,8 @@ void MediumWalk::add_part(const Medium& medium, const PathState& path, float len
 }
 
 void MediumWalk::add(const SegmentLight& light, float weight, RGB throughput, const Target& target) {
-  const UnoccludedLight unoccluded = scattered_light(light.sample, light.vertex, weight);
-  if (is_black(unoccluded.radiance)) return;
-  ++shadow_rays;
-  radiance_.add(*target.part, target.slot,
-                throughput * light.weight * unoccluded.radiance * passed_share(tracer_, unoccluded), unoccluded.source);
+  lights_.add(*target.part, target.slot, throughput * light.weight,
+              scattered_light(light.sample, light.vertex, weight));
 }
 
 }  // namespace glowworm

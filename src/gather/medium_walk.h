@@ -14,8 +14,9 @@ namespace glowworm {
 
 class MediumWalk {
  public:
-  /// @param segments are added to @param photons_alone adds segments, but no light
-  MediumWalk(const Tracer& tracer, SlotRadiance& radiance, VolumeSegments& segments, bool photons_alone);
+  /// @param lights of the same radiance @param segments are added to @param photons_alone adds segments, but no light
+  MediumWalk(const Tracer& tracer, SlotRadiance& radiance, LightAdder& lights, VolumeSegments& segments,
+             bool photons_alone);
 
   /// What a ray adds to.
   struct Target {
@@ -26,8 +27,6 @@ class MediumWalk {
   };
   /// Takes a path to the surface that it meets, or out of the scene. Returns false if nothing comes from there.
   bool cross(PathState& path, Hit& hit, RayOrder order, const Target& target, Sampler& sampler);
-
-  std::uint64_t shadow_rays = 0;
 
  private:
   void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
@@ -40,6 +39,7 @@ class MediumWalk {
 
   const Tracer& tracer_;
   SlotRadiance& radiance_;
+  LightAdder& lights_;
   VolumeSegments& segments_;
   const bool photons_alone_;
   const bool has_near_lamps_;

@@ -64,19 +64,14 @@ class PassRenderer {
     camera_settings.glints_apart = !takes_delta_lights();
     camera_settings.photons_alone = settings_.query_points_alone;
     if (in_media()) camera_settings.segments = &memory_.segments;
-    if (settings_.kind == PassKind::photons) {
-      camera_pass_queries(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit,
-                          memory_.queries, statistics_);
-      look_up_media(memory_.segments, out_.radiance.medium);
-      look_up_global(memory_.queries);
-      if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries);
-      return;
-    }
     camera_pass(tracer_, *view_.camera, tasks, camera_settings, out_.radiance, out_.first_hit, points, statistics_);
-    if (settings_.kind == PassKind::gather) {
+    if (settings_.kind == PassKind::gather || settings_.kind == PassKind::photons) {
       look_up_media(memory_.segments, out_.radiance.medium);
+      if (settings_.kind == PassKind::gather)
+        gather_light(points);
+      else
+        look_up_global(gather_points_as_queries(points));
       if (settings_.values.has(SlotValue::radius)) find_radii(memory_.queries = gather_points_as_queries(points));
-      gather_light(points);
     }
     if (settings_.kind == PassKind::count_seen || settings_.kind == PassKind::count_gathered) count_photons(points);
   }

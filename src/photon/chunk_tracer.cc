@@ -44,17 +44,18 @@ float importance_for(const PhotonPassSettings& pass, Vec3 position, Vec3 normal,
 
 void ChunkTracer::trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) const {
   chunk.clear();
-  Paths paths;
-  paths.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) emit(first, i, paths, chunk);
+  PathQueue<LightPath> queue;
+  queue.paths.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) emit(first, i, queue.paths, chunk);
   if (pass_.kept)
-    follow_changed(pass_.kept->chunk(first / kPathsPerChunk), paths, count, chunk);
+    follow_changed(pass_.kept->chunk(first / kPathsPerChunk), queue, count, chunk);
   else
-    follow(paths, chunk, nullptr);
+    follow(queue, chunk, nullptr);
 }
 
 /// Starts a path of the chunk, unless it has nothing to carry.
-void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, Paths& paths, PhotonChunk& chunk) const {
+void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, std::vector<LightPath>& paths,
+                       PhotonChunk& chunk) const {
   const Scene& scene = tracer_.scene();
   const auto number = static_cast<std::uint32_t>(first + in_chunk);
   Sampler sampler(SamplerKind::sobol, pass_.seed, hash_combine(kPhotonStream, pass_.pass), number);
@@ -83,31 +84,23 @@ void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, Paths& paths, 
 }
 
 /// Follows paths to their ends. @param parts takes the straight parts of the paths; null: not wanted
-void ChunkTracer::follow(Paths& paths, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const {
-  std::vector<Ray> rays;
-  std::vector<Hit> hits;
-  for (int bounce = 0; !paths.empty(); ++bounce) {
-    rays.clear();
-    for (const LightPath& path : paths) rays.push_back(path.ray);
-    hits.resize(rays.size());
-    tracer_.intersect(rays, hits, RayOrder::incoherent);
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      walk_.cross(paths[i], hits[i], bounce, chunk);
-      if (parts) parts->push_back(part_of(paths[i], hits[i]));
-      if (scatter(paths[i], hits[i], bounce, chunk)) paths[kept++] = paths[i];
-    }
-    paths.erase(paths.begin() + static_cast<std::ptrdiff_t>(kept), paths.end());
-  }
+void ChunkTracer::follow(PathQueue<LightPath>& queue, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const {
+  for (int bounce = 0; !queue.empty(); ++bounce)
+    queue.step(tracer_, [&](LightPath& path, Hit& hit) {
+      walk_.cross(path, hit, bounce, chunk);
+      if (parts) parts->push_back(part_of(path, hit));
+      return scatter(path, hit, bounce, chunk);
+    });
 }
 
 /// Follows the paths of a chunk that are not as they were, and takes the photons of the others from before.
-void ChunkTracer::follow_changed(KeptChunk& before, Paths& paths, std::size_t count, PhotonChunk& chunk) const {
+void ChunkTracer::follow_changed(KeptChunk& before, PathQueue<LightPath>& queue, std::size_t count,
+                                 PhotonChunk& chunk) const {
   KeptChunk now;
-  now.emitted = emitted_paths(paths, count);
+  now.emitted = emitted_paths(queue.paths, count);
   const std::vector<bool> stays = pass_.kept->staying_paths(before, now.emitted);
-  std::erase_if(paths, [&](const LightPath& path) { return stays[path.in_chunk]; });
-  follow(paths, chunk, &now.parts);
+  std::erase_if(queue.paths, [&](const LightPath& path) { return stays[path.in_chunk]; });
+  follow(queue, chunk, &now.parts);
   pass_.kept->join(before, stays, std::move(now), chunk);
   chunk.balance = {};
 }

@@ -7,6 +7,7 @@
 #include "photon/photon_bounce.h"
 #include "photon/photon_walk.h"
 #include "photon/start_media.h"
+#include "transport/path_queue.h"
 
 namespace glowworm {
 
@@ -26,11 +27,9 @@ class ChunkTracer {
   void trace(std::uint64_t first, std::size_t count, PhotonChunk& chunk) const;
 
  private:
-  using Paths = std::vector<LightPath>;
-
-  void emit(std::uint64_t first, std::size_t in_chunk, Paths& paths, PhotonChunk& chunk) const;
-  void follow(Paths& paths, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const;
-  void follow_changed(KeptChunk& before, Paths& paths, std::size_t count, PhotonChunk& chunk) const;
+  void emit(std::uint64_t first, std::size_t in_chunk, std::vector<LightPath>& paths, PhotonChunk& chunk) const;
+  void follow(PathQueue<LightPath>& queue, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const;
+  void follow_changed(KeptChunk& before, PathQueue<LightPath>& queue, std::size_t count, PhotonChunk& chunk) const;
   bool scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk) const;
   void store(const LightPath& path, const PhotonBounce& bounce, int number, PhotonChunk& chunk) const;
 

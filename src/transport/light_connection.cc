@@ -84,6 +84,28 @@ std::vector<RGB> passed_shares(const Tracer& tracer, std::span<const UnoccludedL
   return passed;
 }
 
+void LightAdder::add(std::vector<RGB>& part, std::uint32_t slot, RGB factor, const UnoccludedLight& light) {
+  if (is_black(light.radiance)) return;
+  ++shadow_rays;
+  const RGB passed = passed_share(tracer_, light);
+  if (!is_black(passed)) radiance_.add(part, slot, factor * light.radiance * passed, light.source);
+}
+
+void LightAdder::wait(std::uint32_t slot, const UnoccludedLight& light) {
+  if (is_black(light.radiance)) return;
+  waiting_.push_back(light);
+  slots_.push_back(slot);
+}
+
+void LightAdder::add_waiting(std::vector<RGB>& part) {
+  const std::vector<RGB> passed = passed_shares(tracer_, waiting_);
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    if (!is_black(passed[i])) radiance_.add(part, slots_[i], waiting_[i].radiance * passed[i], waiting_[i].source);
+  shadow_rays += waiting_.size();
+  waiting_.clear();
+  slots_.clear();
+}
+
 bool takes_light_samples(const Bsdf& bsdf) {
   const bool one_roughness = bsdf.kind == BsdfKind::conductor || bsdf.kind == BsdfKind::dielectric;
   return !(bsdf.kind == BsdfKind::thin_dielectric ||

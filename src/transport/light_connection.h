@@ -19,7 +19,7 @@ inline float balance_heuristic(float count, float pdf, float other_count, float 
 }
 
 /// Weight of light that a path meets, against one light sample where it last scattered.
-/// @param density as Policy::add_light() of meet() gets it
+/// @param density as meet() gives it
 template <typename Density>
 float weight_of_met_light(const PathState& path, Density&& density) {
   return path.pdf > 0 ? balance_heuristic(1, path.pdf, 1, density(path.scattered_at)) : 1;
@@ -38,6 +38,27 @@ struct UnoccludedLight {
 RGB passed_share(const Tracer& tracer, const UnoccludedLight& light);
 /// The same of many.
 std::vector<RGB> passed_shares(const Tracer& tracer, std::span<const UnoccludedLight> lights);
+
+/// Adds light samples to slots of radiance, as far as they arrive there.
+class LightAdder {
+ public:
+  LightAdder(const Tracer& tracer, SlotRadiance& radiance) : tracer_(tracer), radiance_(radiance) {}
+
+  /// Traces the shadow ray. @param part of the radiance @param factor on the light
+  void add(std::vector<RGB>& part, std::uint32_t slot, RGB factor, const UnoccludedLight& light);
+  /// Leaves the light to add_waiting(), which is faster for many.
+  void wait(std::uint32_t slot, const UnoccludedLight& light);
+  /// Adds what waits to a part.
+  void add_waiting(std::vector<RGB>& part);
+
+  std::uint64_t shadow_rays = 0;
+
+ private:
+  const Tracer& tracer_;
+  SlotRadiance& radiance_;
+  std::vector<UnoccludedLight> waiting_;
+  std::vector<std::uint32_t> slots_;  // of these
+};
 
 /// A light sample for a vertex, by three random numbers in [0, 1).
 inline LightSample sample_light(const Scene& scene, const Vertex& vertex, Vec2 pair, float u) {

@@ -38,34 +38,32 @@ float survive(PathState& path, float weight, float least, int bounces, Number&& 
 }
 
 /// Takes a path to the surface that it has met, or out of the scene.
-///
-/// The policy has
-///   bool finds_light(): whether it wants the light that the path meets
-///   void add_light(RGB radiance, std::uint32_t source, density): that light, W sr^-1 m^-2, its source as in
-///     Scene::light_power(), and a function that gives the density per steradian by which light samples at a position
-///     choose it
-///   float wavelength_number(): a random number in [0, 1)
-///   bool scatter(Vertex&): whether the path goes on
+/// @param finds_light whether the path takes the light that it meets
+/// @param add_light takes that light: (RGB radiance, W sr^-1 m^-2; std::uint32_t source as in Scene::light_power(); a
+///   function that gives the density per steradian by which light samples at a position choose it)
+/// @param number gives a random number in [0, 1), for a wavelength
+/// @param scatter of (Vertex&): returns whether the path goes on
 /// @return whether the path goes on
-template <typename Policy>
-bool meet(const Scene& scene, PathState& path, const Hit& hit, Policy&& policy) {
+template <typename AddLight, typename Number, typename Scatter>
+bool meet(const Scene& scene, PathState& path, const Hit& hit, bool finds_light, const AddLight& add_light,
+          const Number& number, const Scatter& scatter) {
   const Vec3 direction = path.ray.direction;
   if (hit.triangle == kNone) {
-    if (policy.finds_light())
-      policy.add_light(environment_radiance(scene, direction), environment_source(scene, direction),
-                       [&](Vec3 from) { return environment_pdf(scene, from, direction); });
+    if (finds_light)
+      add_light(environment_radiance(scene, direction), environment_source(scene, direction),
+                [&](Vec3 from) { return environment_pdf(scene, from, direction); });
     return false;
   }
   Vertex vertex = vertex_at(scene, path.ray, hit);
   if (!scene.media().empty()) vertex.media = media_at(scene, path.medium, hit.triangle, vertex.wo);
-  if (scene.geometry().emission_of(hit.triangle) != kNone && policy.finds_light()) {
+  if (finds_light && scene.geometry().emission_of(hit.triangle) != kNone) {
     const RGB emitted = emitted_radiance(scene, vertex.point, vertex.wo);
     if (!is_black(emitted))
-      policy.add_light(emitted, scene.emissive_index(hit.triangle),
-                       [&](Vec3 from) { return light_pdf(scene, from, vertex.point); });
+      add_light(emitted, scene.emissive_index(hit.triangle),
+                [&](Vec3 from) { return light_pdf(scene, from, vertex.point); });
   }
-  resolve_material(scene, vertex, path.throughput, [&] { return policy.wavelength_number(); });
-  return policy.scatter(vertex);
+  resolve_material(scene, vertex, path.throughput, number);
+  return scatter(vertex);
 }
 
 }  // namespace glowworm

@@ -1,4 +1,4 @@
-// The camera pass: gather points, and query points made directly.
+// The camera pass.
 #include "gather/camera_pass.h"
 
 #include <gtest/gtest.h>
@@ -41,11 +41,6 @@ class CameraPass : public testing::TestWithParam<std::string> {
   GatherPoints points(Seen& seen) const {
     return camera_pass(tracer_, scene_.camera(""), task_, settings_, seen.radiance, seen.first_hit, statistics_);
   }
-  QueryPoints queries(Seen& seen) const {
-    QueryPoints out;
-    camera_pass_queries(tracer_, scene_.camera(""), task_, settings_, seen.radiance, seen.first_hit, out, statistics_);
-    return out;
-  }
 
   const Scene scene_;
   const Tracer tracer_;
@@ -86,21 +81,6 @@ TEST_P(CameraPass, SurfaceSamplesFindTheSameEmissionAndAlbedo) {
   };
   expect_near(fine.first_hit.surface_albedo, fine.first_hit.albedo);
   expect_near(fine.radiance.surface_emitted, fine.radiance.emitted);
-}
-
-TEST_P(CameraPass, MakesTheQueryPointsOfItsGatherPoints) {
-  Seen by_points, by_queries;
-  const QueryPoints expected = gather_points_as_queries(points(by_points));
-  const QueryPoints made = queries(by_queries);
-  ASSERT_GT(made.size(), task_.slot_count() / 4);
-  EXPECT_EQ(made.position, expected.position);
-  EXPECT_EQ(made.normal, expected.normal);
-  EXPECT_EQ(made.reflectance, expected.reflectance);
-  EXPECT_EQ(made.bsdf, expected.bsdf);
-  EXPECT_EQ(made.bsdfs.size(), expected.bsdfs.size());
-  EXPECT_EQ(made.weight, expected.weight);
-  EXPECT_EQ(made.gather_point, expected.gather_point);
-  expect_same(by_points, by_queries);
 }
 
 TEST_P(CameraPass, IsTheSameForAnyNumberOfThreads) {

@@ -145,11 +145,11 @@ Estimate over_rays(const GatherPoints& points, const GatherGuide* guide, Value&&
   std::iota(order.begin(), order.end(), 0u);
   GatherRayMaker maker;
   maker.prepare(points, order, kRays, 7, guide);
-  GatherRays rays;
+  GatherPaths rays;
   maker.create(0, kRays, rays);
   std::vector<double> sums(points.size());
-  for (std::size_t i = 0; i < rays.size(); ++i)
-    sums[rays.point[i]] += value(rays.weight[i].g, rays.rays[i].direction, maker.density(rays.point[i]));
+  for (const GatherPath& ray : rays)
+    sums[ray.point] += value(ray.throughput.g, ray.ray.direction, maker.density(ray.point));
   const double n = static_cast<double>(sums.size());
   Estimate out;
   for (const double sum : sums) out.mean += sum / n;
