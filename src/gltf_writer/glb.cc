@@ -78,10 +78,8 @@ int GlbFile::add_floats(std::span<const float> values, std::size_t components) {
 }
 
 int GlbFile::add_pairs(std::span<const Vec2> values) {
-  return add("accessors", {{"bufferView", add_view(bytes_of(values), kVertices)},
-                           {"componentType", kFloatType},
-                           {"type", "VEC2"},
-                           {"count", values.size()}});
+  static_assert(sizeof(Vec2) == 2 * sizeof(float));
+  return add_floats({reinterpret_cast<const float*>(values.data()), 2 * values.size()}, 2);
 }
 
 int GlbFile::add_indices(std::span<const std::uint32_t> values) {

@@ -1,10 +1,13 @@
 #include "gltf_writer/gltf_prune.h"
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "import/gltf/references.h"
 
 namespace glowworm {
 
@@ -12,115 +15,42 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kListNames[] = {"textures", "samplers", "images", "accessors", "bufferViews"};
-constexpr const char* kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
+/// Buffer views, or the extensions that compress them, which refer to bytes.
+constexpr const char* kByteRanges[] = {"", "extensions.EXT_meshopt_compression", "extensions.KHR_meshopt_compression"};
 
-/// Calls `visit` with the member of an object, if there is one.
-template <typename Json, typename Visit>
-void with_member(Json& object, const char* key, const Visit& visit) {
-  if (!object.is_object()) return;
-  if (const auto found = object.find(key); found != object.end()) visit(*found);
-}
+using Visit = std::function<void(json&)>;
 
-/// Calls `visit` with an extension of an object, if it has it.
-template <typename Json, typename Visit>
-void with_extension(Json& object, const char* name, const Visit& visit) {
-  with_member(object, "extensions", [&](Json& extensions) { with_member(extensions, name, visit); });
-}
-
-/// Calls `visit` with each entry of a list of an object.
-template <typename Json, typename Visit>
-void for_entries(Json& object, const char* key, const Visit& visit) {
-  with_member(object, key, [&](Json& list) {
-    if (list.is_structured())
-      for (Json& entry : list) visit(entry);
-  });
+/// Calls `visit` with all values at a place, as for_places() does.
+void for_values(json& at, std::string_view place, const Visit& visit) {
+  for_places(
+      at, place, "", [&](json& value, const std::string&) { visit(value); }, [](const std::string&, const char*) {});
 }
 
 /// Visits the textures of a material: members of it and of its extensions whose names end in 'Texture'.
-template <typename Json, typename Visit>
-void for_textures(Json& object, const Visit& visit) {
+void for_textures(json& object, const Visit& visit) {
   for (auto i = object.begin(); i != object.end(); ++i) {
     if (!i->is_object()) continue;
     const std::string_view key = i.key();
     if (key == "extras")
-      with_member(*i, "lightmap", [&](Json& own) { with_member(own, "texture", visit); });
+      for_values(*i, "lightmap.texture", visit);
     else if (key.ends_with("Texture") || key == "MOZ_lightmap")
-      with_member(*i, "index", visit);
+      for_values(*i, "index", visit);
     else
       for_textures(*i, visit);
   }
 }
 
-template <typename Json, typename Visit>
-void for_accessors(Json& file, const Visit& visit) {
-  for_entries(file, "meshes", [&](Json& mesh) {
-    for_entries(mesh, "primitives", [&](Json& primitive) {
-      with_member(primitive, "indices", visit);
-      for_entries(primitive, "attributes", visit);
-      for_entries(primitive, "targets", [&](Json& target) {
-        for (Json& accessor : target) visit(accessor);
-      });
-    });
-  });
-  for_entries(file, "skins", [&](Json& skin) { with_member(skin, "inverseBindMatrices", visit); });
-  for_entries(file, "animations", [&](Json& animation) {
-    for_entries(animation, "samplers", [&](Json& sampler) {
-      with_member(sampler, "input", visit);
-      with_member(sampler, "output", visit);
-    });
-  });
-  for_entries(file, "nodes", [&](Json& node) {
-    with_extension(node, "EXT_mesh_gpu_instancing", [&](Json& own) { for_entries(own, "attributes", visit); });
-  });
-}
-
-template <typename Json, typename Visit>
-void for_views(Json& file, const Visit& visit) {
-  for_entries(file, "accessors", [&](Json& accessor) {
-    with_member(accessor, "bufferView", visit);
-    with_member(accessor, "sparse", [&](Json& sparse) {
-      for (const char* part : {"indices", "values"})
-        with_member(sparse, part, [&](Json& elements) { with_member(elements, "bufferView", visit); });
-    });
-  });
-  for_entries(file, "images", [&](Json& image) { with_member(image, "bufferView", visit); });
-  for_entries(file, "meshes", [&](Json& mesh) {
-    for_entries(mesh, "primitives", [&](Json& primitive) {
-      with_extension(primitive, "KHR_draco_mesh_compression",
-                     [&](Json& draco) { with_member(draco, "bufferView", visit); });
-    });
-  });
-}
-
 /// Calls `visit` with each reference to entries of a list.
-template <typename Json, typename Visit>
-void for_references(Json& file, GltfList list, const Visit& visit) {
-  const auto indices_only = [&](Json& reference) {
+void for_references(json& file, std::string_view list, const Visit& visit) {
+  const auto indices_only = [&](json& reference) {
     if (reference.is_number_unsigned() || reference.is_number_integer()) visit(reference);
   };
-  switch (list) {
-    case GltfList::textures:
-      for_entries(file, "materials", [&](Json& material) {
-        if (material.is_object()) for_textures(material, indices_only);
-      });
-      break;
-    case GltfList::samplers:
-      for_entries(file, "textures", [&](Json& texture) { with_member(texture, "sampler", indices_only); });
-      break;
-    case GltfList::images:
-      for_entries(file, "textures", [&](Json& texture) {
-        with_member(texture, "source", indices_only);
-        for_entries(texture, "extensions", [&](Json& own) { with_member(own, "source", indices_only); });
-      });
-      break;
-    case GltfList::accessors:
-      for_accessors(file, indices_only);
-      break;
-    case GltfList::buffer_views:
-      for_views(file, indices_only);
-      break;
-  }
+  if (list == "textures")
+    for_values(file, "materials[]", [&](json& material) {
+      if (material.is_object()) for_textures(material, indices_only);
+    });
+  for (const GltfReference& reference : kGltfReferences)
+    if (reference.list == list) for_values(file, reference.place, indices_only);
 }
 
 /// Bytes [first, end) of the file's data.
@@ -129,14 +59,13 @@ struct ByteRange {
 };
 
 /// Appends the bytes that a buffer view, or the extension that compresses it, has in the first buffer.
-void add_ranges(const json& view, std::vector<ByteRange>& ranges) {
+void add_ranges(json& view, std::vector<ByteRange>& ranges) {
   const auto add = [&](const json& object) {
     if (object.value("buffer", std::size_t{1}) != 0) return;
     const std::size_t first = object.value("byteOffset", std::size_t{0});
     ranges.push_back({first, first + object.value("byteLength", std::size_t{0})});
   };
-  add(view);
-  for (const char* name : kMeshoptNames) with_extension(view, name, add);
+  for (const char* place : kByteRanges) for_values(view, place, add);
 }
 
 /// Sorts ranges and joins those that touch.
@@ -195,15 +124,13 @@ void cut(const std::vector<ByteRange>& ranges, GlbFile& file) {
                                          [](std::size_t o, const ByteRange& range) { return o < range.end; });
     object["byteOffset"] = offset - removed[static_cast<std::size_t>(before - ranges.begin())];
   };
-  for_entries(file.json, "bufferViews", [&](json& view) {
-    move(view);
-    for (const char* name : kMeshoptNames) with_extension(view, name, move);
+  for_values(file.json, "bufferViews[]", [&](json& view) {
+    for (const char* place : kByteRanges) for_values(view, place, move);
   });
 }
 
 /// Removes entries of a list and renumbers the others. Returns the removed ones.
-std::vector<json> remove(const std::set<std::size_t>& entries, GltfList list, json& file) {
-  const char* const name = kListNames[static_cast<std::size_t>(list)];
+std::vector<json> remove(const std::set<std::size_t>& entries, const std::string& name, json& file) {
   std::vector<json> removed;
   if (entries.empty()) return removed;
   json left = json::array();
@@ -219,7 +146,7 @@ std::vector<json> remove(const std::set<std::size_t>& entries, GltfList list, js
     file.erase(name);
   else
     file[name] = std::move(left);
-  for_references(file, list, [&](json& reference) {
+  for_references(file, name, [&](json& reference) {
     // Importers show what refers to no entry as missing.
     if (const auto at = reference.get<std::size_t>(); at < index.size()) reference = index[at];
   });
@@ -240,25 +167,23 @@ bool prunable(const json& file) {
   });
 }
 
-GltfReferences references_in(const json& file) {
+GltfReferences references_in(json& file) {
   GltfReferences out;
-  for (std::size_t list = 0; list < kGltfLists; ++list)
-    for_references(file, static_cast<GltfList>(list),
-                   [&](const json& reference) { out[list].insert(reference.get<std::size_t>()); });
+  for (const char* list : kPrunedLists)
+    for_references(file, list, [&](const json& reference) { out[list].insert(reference.get<std::size_t>()); });
   return out;
 }
 
 void prune(const GltfReferences& before, GlbFile& file) {
   if (!prunable(file.json)) return;
   std::vector<ByteRange> dropped, kept;
-  for (std::size_t list = 0; list < kGltfLists; ++list) {
-    std::set<std::size_t> left = before[list];
-    for_references(file.json, static_cast<GltfList>(list),
-                   [&](const json& reference) { left.erase(reference.get<std::size_t>()); });
-    for (const json& entry : remove(left, static_cast<GltfList>(list), file.json))
-      if (static_cast<GltfList>(list) == GltfList::buffer_views) add_ranges(entry, dropped);
+  for (const char* list : kPrunedLists) {
+    std::set<std::size_t> left = before.contains(list) ? before.at(list) : std::set<std::size_t>();
+    for_references(file.json, list, [&](const json& reference) { left.erase(reference.get<std::size_t>()); });
+    for (json& entry : remove(left, list, file.json))
+      if (list == std::string_view("bufferViews")) add_ranges(entry, dropped);
   }
-  for_entries(file.json, "bufferViews", [&](const json& view) { add_ranges(view, kept); });
+  for_values(file.json, "bufferViews[]", [&](json& view) { add_ranges(view, kept); });
   cut(unused(std::move(dropped), std::move(kept), file.bytes.size()), file);
 }
 

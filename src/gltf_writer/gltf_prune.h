@@ -1,23 +1,22 @@
 // What a glTF file no longer needs after its materials and vertices are replaced.
 #pragma once
-#include <array>
-#include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string>
 
 #include "gltf_writer/glb.h"
 
 namespace glowworm {
 
 /// Lists of a glTF file, in the order in which their entries are removed: each before those that it refers to.
-enum class GltfList : std::uint8_t { textures, samplers, images, accessors, buffer_views };
-inline constexpr std::size_t kGltfLists = 5;
+inline constexpr const char* kPrunedLists[] = {"textures", "samplers", "images", "accessors", "bufferViews"};
 
-/// The entries of lists that something refers to.
-using GltfReferences = std::array<std::set<std::size_t>, kGltfLists>;
+/// The entries of these lists that something refers to, by list.
+using GltfReferences = std::map<std::string, std::set<std::size_t>>;
 
 /// References by glTF 2.0 and by the extensions that prunable() knows.
-GltfReferences references_in(const nlohmann::json& file);
+GltfReferences references_in(nlohmann::json& file);
 
 /// Whether all extensions of objects are known, so that no reference is missed. Extras are not read, but for those that
 /// bakes write.

@@ -119,7 +119,7 @@ TEST_F(GltfBadTest, DanglingReferences) {
                 j["scenes"] = {{{"nodes", {0}}}};
               }),
               HasSubstr("nodes[0] is a child of"));
-  EXPECT_THAT(after([](json& j) { j["nodes"][0]["children"] = {8}; }), HasSubstr("nodes[0].children is 8"));
+  EXPECT_THAT(after([](json& j) { j["nodes"][0]["children"] = {8}; }), HasSubstr("nodes[0].children[0] is 8"));
   EXPECT_THAT(after([](json& j) { j["nodes"][0]["rotation"] = {1, 0}; }), HasSubstr("nodes[0].rotation"));
   EXPECT_THAT(after([](json& j) { j["scene"] = 2; }), HasSubstr("scene is 2"));
   EXPECT_THAT(after([](json& j) { j["meshes"][0]["primitives"][0]["material"] = 4; }), HasSubstr("material is 4"));

@@ -357,7 +357,7 @@ TEST_F(GltfSceneTest, SkinsFollowTheirJoints) {
 TEST_F(GltfSceneTest, DamagedPosesAreErrors) {
   GltfFile file = skinned();
   file.json["skins"][0]["joints"] = {1, 7};
-  EXPECT_THAT(refusal(file), HasSubstr("skins[0].joints is 7"));
+  EXPECT_THAT(refusal(file), HasSubstr("skins[0].joints[1] is 7"));
   file.json["skins"][0]["joints"] = {1};
   EXPECT_THAT(refusal(file), HasSubstr("names joint 1, but the skin has 1"));
   file.json["skins"][0]["inverseBindMatrices"] = 99;

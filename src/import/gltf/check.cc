@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "import/gltf/references.h"
 
 namespace glowworm {
 
@@ -26,26 +27,19 @@ class Checker {
   void run() {
     if (!root_.is_object()) fail("the JSON is not an object");
     check_version();
-    each("buffers", [this](const json& o, const std::string& where) {
+    for (const GltfReference& reference : kGltfReferences) check_references(reference);
+    each(root_, "buffers[]", "", [this](const json& o, const std::string& where) {
       if (unsigned_member(o, "byteLength", 0, where, path_) == 0) fail(where + " has no byteLength");
     });
-    each("bufferViews", [this](const json& o, const std::string& where) { check_view(o, where); });
-    each("accessors", [this](const json& o, const std::string& where) { check_accessor(o, where); });
-    each("images",
-         [this](const json& o, const std::string& where) { check_reference(o, "bufferView", "bufferViews", where); });
-    each("textures", [this](const json& o, const std::string& where) {
-      check_reference(o, "source", "images", where);
-      check_reference(o, "sampler", "samplers", where);
+    each(root_, "bufferViews[]", "", [this](const json& o, const std::string& where) { check_view(o, where); });
+    each(root_, "accessors[]", "", [this](const json& o, const std::string& where) { check_accessor(o, where); });
+    each(root_, "meshes[]", "", [this](const json& o, const std::string& where) {
+      if (!o.contains("primitives")) fail(where + " has no primitives");
     });
-    each("meshes", [this](const json& o, const std::string& where) { check_mesh(o, where); });
-    each("skins", [this](const json& o, const std::string& where) {
-      check_list(o, "joints", "nodes", where);
-      check_reference(o, "inverseBindMatrices", "accessors", where);
-    });
-    each("animations", [this](const json& o, const std::string& where) { check_animation(o, where); });
-    each("nodes", [this](const json& o, const std::string& where) { check_node(o, where); });
-    each("scenes", [this](const json& o, const std::string& where) { check_list(o, "nodes", "nodes", where); });
-    check_reference(root_, "scene", "scenes", "the file");
+    each(root_, "meshes[].primitives[]", "",
+         [this](const json& o, const std::string& where) { unsigned_member(o, "mode", 4, where, path_); });
+    each(root_, "animations[]", "", [this](const json& o, const std::string& where) { check_animation(o, where); });
+    each(root_, "nodes[]", "", [this](const json& o, const std::string& where) { check_node(o, where); });
   }
 
  private:
@@ -62,48 +56,35 @@ class Checker {
     }
   }
 
-  std::size_t count(const char* list) const {
-    const auto it = root_.find(list);
-    return it != root_.end() && it->is_array() ? it->size() : 0;
+  /// Calls visit(value, name) for all values at a place, as for_places() does.
+  template <typename Visit>
+  void visit(const json& at, std::string_view place, const std::string& where, const Visit& visit) const {
+    for_places(const_cast<json&>(at), place, where, visit, [&](const std::string& name, const char* type) {
+      fail(fmt::format("'{}' is not {} {}", name, type == std::string_view("list") ? "a" : "an", type));
+    });
   }
-
+  /// The same for values that must be objects.
   template <typename Check>
-  void each(const char* list, const Check& check) const {
-    const auto it = root_.find(list);
-    if (it == root_.end()) return;
-    if (!it->is_array()) fail(fmt::format("'{}' is not a list", list));
-    for (std::size_t i = 0; i < it->size(); ++i) {
-      const std::string where = fmt::format("{}[{}]", list, i);
-      if (!(*it)[i].is_object()) fail(where + " is not an object");
-      check((*it)[i], where);
-    }
+  void each(const json& at, std::string_view place, const std::string& where, const Check& check) const {
+    visit(at, place, where, [&](const json& value, const std::string& name) {
+      if (!value.is_object()) fail(name + " is not an object");
+      check(value, name);
+    });
   }
 
-  /// Checks an index into a list, if present. Returns whether it is present.
-  bool check_reference(const json& o, const char* key, const char* list, const std::string& where) const {
-    if (!o.contains(key)) return false;
-    check_index(unsigned_member(o, key, 0, where, path_), key, list, where);
-    return true;
-  }
-
-  void check_index(std::size_t index, const std::string& key, const char* list, const std::string& where) const {
-    if (index >= count(list)) {
-      fail(fmt::format("{}.{} is {}, but there are {} {}", where, key, index, count(list), list));
-    }
-  }
-
-  void check_list(const json& o, const char* key, const char* list, const std::string& where) const {
-    const auto it = o.find(key);
-    if (it == o.end()) return;
-    if (!it->is_array()) fail(fmt::format("{}.{} is not a list", where, key));
-    for (const json& index : *it) {
-      if (!index.is_number_unsigned()) fail(fmt::format("{}.{} holds {}, not an index", where, key, index.dump()));
-      check_index(index.get<std::size_t>(), key, list, where);
-    }
+  /// Readers of extensions check theirs.
+  void check_references(const GltfReference& reference) const {
+    if (reference.place.find("extensions") != std::string_view::npos) return;
+    const auto list = root_.find(std::string(reference.list));
+    const std::size_t size = list != root_.end() && list->is_array() ? list->size() : 0;
+    visit(root_, reference.place, "", [&](const json& value, const std::string& name) {
+      const std::size_t index = unsigned_value(value, name, path_);
+      if (index >= size) fail(fmt::format("{} is {}, but there are {} {}", name, index, size, reference.list));
+    });
   }
 
   void check_view(const json& o, const std::string& where) const {
-    if (!check_reference(o, "buffer", "buffers", where)) fail(where + " names no buffer");
+    if (!o.contains("buffer")) fail(where + " names no buffer");
     const std::size_t buffer = o["buffer"].get<std::size_t>();
     const std::size_t offset = unsigned_member(o, "byteOffset", 0, where, path_);
     const std::size_t length = unsigned_member(o, "byteLength", 0, where, path_);
@@ -151,7 +132,7 @@ class Checker {
     const std::size_t elements = unsigned_member(o, "count", 0, where, path_);
     if (elements == 0) fail(where + " has no count");
     if (elements > std::numeric_limits<std::uint32_t>::max()) fail(where + ".count is more than 32 bits can hold");
-    if (check_reference(o, "bufferView", "bufferViews", where)) {
+    if (o.contains("bufferView")) {
       const json& view = root_["bufferViews"][o["bufferView"].get<std::size_t>()];
       const std::size_t stride = std::max(element, unsigned_member(view, "byteStride", element, where, path_));
       check_fits(view, unsigned_member(o, "byteOffset", 0, where, path_), (elements - 1) * stride + element, where);
@@ -172,7 +153,7 @@ class Checker {
       const std::string inner = where + "." + part;
       if (!sparse.contains(part) || !sparse[part].is_object()) fail(inner + " is missing");
       const json& o = sparse[part];
-      if (!check_reference(o, "bufferView", "bufferViews", inner)) fail(inner + " names no bufferView");
+      if (!o.contains("bufferView")) fail(inner + " names no bufferView");
       const std::size_t size = part[0] == 'i' ? component_size(o, inner) : element;
       check_fits(root_["bufferViews"][o["bufferView"].get<std::size_t>()],
                  unsigned_member(o, "byteOffset", 0, inner, path_), changed * size, inner);
@@ -186,59 +167,19 @@ class Checker {
     }
   }
 
-  void check_mesh(const json& o, const std::string& where) const {
-    const auto primitives = o.find("primitives");
-    if (primitives == o.end() || !primitives->is_array()) fail(where + " has no primitives");
-    for (std::size_t i = 0; i < primitives->size(); ++i) {
-      const json& primitive = (*primitives)[i];
-      const std::string inner = fmt::format("{}.primitives[{}]", where, i);
-      if (!primitive.is_object()) fail(inner + " is not an object");
-      check_reference(primitive, "indices", "accessors", inner);
-      each_in(primitive, "targets", inner, [this](const json& target, const std::string& at) {
-        for (const auto& [name, index] : target.items()) check_reference(target, name.c_str(), "accessors", at);
-      });
-      check_reference(primitive, "material", "materials", inner);
-      unsigned_member(primitive, "mode", 4, inner, path_);
-      if (!primitive.contains("attributes")) continue;
-      if (!primitive["attributes"].is_object()) fail(inner + ".attributes is not an object");
-      for (const auto& [name, index] : primitive["attributes"].items()) {
-        check_reference(primitive["attributes"], name.c_str(), "accessors", inner + ".attributes");
-      }
-    }
-  }
-
-  /// Calls `check` for each object of a list inside an object, if present.
-  template <typename Check>
-  void each_in(const json& o, const char* list, const std::string& where, const Check& check) const {
-    const auto it = o.find(list);
-    if (it == o.end()) return;
-    if (!it->is_array()) fail(fmt::format("{}.{} is not a list", where, list));
-    for (std::size_t i = 0; i < it->size(); ++i) {
-      const std::string inner = fmt::format("{}.{}[{}]", where, list, i);
-      if (!(*it)[i].is_object()) fail(inner + " is not an object");
-      check((*it)[i], inner);
-    }
-  }
-
   void check_animation(const json& o, const std::string& where) const {
-    each_in(o, "samplers", where, [this](const json& sampler, const std::string& inner) {
+    each(o, "samplers[]", where, [this](const json& sampler, const std::string& inner) {
       for (const char* key : {"input", "output"})
-        if (!check_reference(sampler, key, "accessors", inner)) fail(fmt::format("{} has no {}", inner, key));
+        if (!sampler.contains(key)) fail(fmt::format("{} has no {}", inner, key));
     });
     const std::size_t samplers = o.contains("samplers") ? o["samplers"].size() : 0;
-    each_in(o, "channels", where, [&](const json& channel, const std::string& inner) {
+    each(o, "channels[]", where, [&](const json& channel, const std::string& inner) {
       if (unsigned_member(channel, "sampler", samplers, inner, path_) >= samplers)
         fail(fmt::format("{}.sampler is missing or beyond the {} samplers", inner, samplers));
-      if (channel.contains("target") && channel["target"].is_object())
-        check_reference(channel["target"], "node", "nodes", inner + ".target");
     });
   }
 
   void check_node(const json& o, const std::string& where) const {
-    check_reference(o, "mesh", "meshes", where);
-    check_reference(o, "camera", "cameras", where);
-    check_reference(o, "skin", "skins", where);
-    check_list(o, "children", "nodes", where);
     static constexpr std::pair<const char*, std::size_t> kNumbers[] = {
         {"matrix", 16}, {"rotation", 4}, {"scale", 3}, {"translation", 3}};
     for (const auto& [key, size] : kNumbers) {
@@ -283,21 +224,22 @@ std::size_t check_json_depth(std::string_view text, const std::string& path) {
 
 void check_gltf_json(const json& root, const std::string& path) { Checker(root, path).run(); }
 
+std::size_t unsigned_value(const json& value, const std::string& where, const std::string& path) {
+  // Far below 2^64, so that sums and products of a few such numbers cannot overflow.
+  constexpr std::size_t kMaxValue = std::size_t{1} << 48;
+  if (value.is_number_float() && value.get<double>() >= 0 && value.get<double>() < 1e14 &&
+      value.get<double>() == static_cast<double>(static_cast<std::size_t>(value.get<double>())))
+    return static_cast<std::size_t>(value.get<double>());
+  if (!value.is_number_unsigned() || value.get<std::size_t>() > kMaxValue)
+    throw Error({path}, fmt::format("{} is {}; expected an integer that is not negative", where, value.dump()),
+                kDamagedGltf);
+  return value.get<std::size_t>();
+}
+
 std::size_t unsigned_member(const json& object, const char* key, std::size_t otherwise, const std::string& where,
                             const std::string& path) {
   const auto it = object.find(key);
-  if (it == object.end()) return otherwise;
-  // Far below 2^64, so that sums and products of a few such numbers cannot overflow.
-  constexpr std::size_t kMaxValue = std::size_t{1} << 48;
-  if (it->is_number_float() && it->get<double>() >= 0 && it->get<double>() < 1e14 &&
-      it->get<double>() == static_cast<double>(static_cast<std::size_t>(it->get<double>()))) {
-    return static_cast<std::size_t>(it->get<double>());
-  }
-  if (!it->is_number_unsigned() || it->get<std::size_t>() > kMaxValue) {
-    throw Error({path}, fmt::format("{}.{} is {}; expected an integer that is not negative", where, key, it->dump()),
-                kDamagedGltf);
-  }
-  return it->get<std::size_t>();
+  return it == object.end() ? otherwise : unsigned_value(*it, fmt::format("{}.{}", where, key), path);
 }
 
 }  // namespace glowworm
