@@ -1,32 +1,27 @@
 #include "apps/sequence.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <sstream>
 
 #include "apps/commands.h"
 #include "apps/table_options.h"
 #include "control/job.h"
 #include "control/job_report.h"
-#include "core/descriptor.h"
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/text.h"
 #include "film/output.h"
 #include "image/tone_map.h"
-
-extern char** environ;
 
 namespace glowworm {
 
@@ -58,33 +53,6 @@ std::string find_program(const std::string& name) {
   for (std::string folder; std::getline(folders, folder, ':');)
     if (const std::string file = folder + "/" + name; !folder.empty() && access(file.c_str(), X_OK) == 0) return file;
   return "";
-}
-
-/// Sends all bytes; returns false if the reader has gone.
-bool send_all(int socket, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t sent = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(sent));
-  }
-  return true;
-}
-
-/// Runs a program whose standard input is one end of a socket, and returns its process.
-pid_t spawn_reader(const std::vector<std::string>& words, int input) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, input, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  pid_t process = -1;
-  const int error = posix_spawn(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw Error(fmt::format("'{}' cannot be started: {}", words.front(), std::strerror(error)));
-  return process;
 }
 
 }  // namespace
@@ -317,23 +285,18 @@ Movie::Movie(std::string path, const std::vector<std::string>& names, double fra
 }
 
 void Movie::write(const std::vector<std::uint32_t>& numbers) const {
-  int ends[2];
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-    throw Error(fmt::format("ffmpeg cannot be started: {}", std::strerror(errno)));
-  Descriptor own(ends[0]), theirs(ends[1]);
   const std::string unfinished = path_ + ".unfinished.mp4";
-  const pid_t process =
-      spawn_reader({program_, "-nostdin", "-y", "-loglevel", "error", "-f", "image2pipe", "-framerate",
-                    fmt::format("{}", frames_per_second_), "-c:v", "png", "-i", "pipe:0", "-vf",
-                    "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", unfinished},
-                   theirs.number());
-  theirs = Descriptor();
-  for (const std::uint32_t number : numbers)
-    if (!send_all(own.number(), read_input_file(frame_file(pictures_, number)))) break;
-  own = Descriptor();
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  const std::string command = fmt::format(
+      "{} -nostdin -y -loglevel error -f image2pipe -framerate {} -c:v png -i pipe:0 "
+      "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p {} >/dev/null",
+      shell_word(program_), frames_per_second_, shell_word(unfinished));
+  std::unique_ptr<FILE, int (*)(FILE*)> input(popen(command.c_str(), "we"), pclose);
+  if (!input) throw Error(fmt::format("ffmpeg cannot be started: {}", std::strerror(errno)));
+  for (const std::uint32_t number : numbers) {
+    const std::string picture = read_input_file(frame_file(pictures_, number));
+    if (std::fwrite(picture.data(), 1, picture.size(), input.get()) != picture.size()) break;
   }
+  const int status = pclose(input.release());
   std::error_code error;
   if (status == 0) std::filesystem::rename(unfinished, path_, error);
   if (status == 0 && !error) return;
