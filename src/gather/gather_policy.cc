@@ -26,14 +26,13 @@ GatherPolicy::GatherPolicy(const Tracer& tracer, const GatherPoints& points, con
       radiance_(radiance),
       lights_(lights),
       queries_(queries),
-      caustic_queries_(caustic_queries),
-      looks_at_patches_(settings.looks_at_patches()) {}
+      caustic_queries_(caustic_queries) {}
 
 bool GatherPolicy::advance(GatherPath& path, const Hit& hit, std::uint32_t step) {
   step_ = step;
   if (path.segment == Segment::to_patch && !meets_patch(path, hit)) return false;
   if (hit.triangle != kNone) {
-    if (looks_at_patches_ && path.segment == Segment::first)
+    if (settings_.looks_at_patches() && path.segment == Segment::first)
       path.throughput *= patch_weight(scene_, *settings_.bright, path, hit, settings_.rays, settings_.patch_samples);
     if (ends_on_diffuse(path, hit)) return false;
   }

@@ -44,7 +44,6 @@ class GatherPolicy {
   LightAdder& lights_;
   QueryPoints& queries_;
   QueryPoints* const caustic_queries_;  // null: there is no caustic map
-  const bool looks_at_patches_;
   std::uint32_t step_ = 0;
 };
 
