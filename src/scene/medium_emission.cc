@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 #include "core/warp.h"
@@ -49,19 +50,20 @@ RGB emission_of_block(const Medium& medium, const Box3& block) {
   return sum * static_cast<float>(1 / halves);
 }
 
-/// A cube around the scene.
-Box3 box_around(const Geometry& geometry) {
-  const Box3 bounds = geometry.bounds();
-  const float side = length(bounds.diagonal());
-  const Vec3 half{side, side, side};
-  return {bounds.center() - half, bounds.center() + half};
+/// By which the light of places far away falls off: the least of the channels that emit, by absorption between
+/// scatterings (Ishimaru, "Wave Propagation and Scattering in Random Media", 1978, chapter 9), at most sigma_t. m^-1
+float falloff(const Medium& medium) {
+  float least = std::numeric_limits<float>::infinity();
+  for (int c = 0; c < 3; ++c) {
+    const float a = medium.sigma_a[c], s = medium.sigma_s[c];
+    if (a > 0) least = std::min({least, a + s, std::sqrt(3 * a * (a + s * (1 - medium.g)))});
+  }
+  return least;
 }
 
 /// The box of the surfaces that name a medium; of all surfaces if it is flat or the medium lies outside of it, as
-/// behind the surface of water in a pool whose walls name no media; a cube around the scene for the ambient medium.
-Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, const Geometry& geometry,
-               std::uint32_t ambient) {
-  if (medium == ambient) return box_around(geometry);
+/// behind the surface of water in a pool whose walls name no media.
+Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, const Geometry& geometry) {
   Box3 box;
   bool is_inside = false;
   for (std::uint32_t t = 0; t < geometry.triangle_count(); ++t) {
@@ -75,10 +77,15 @@ Box3 region_of(std::uint32_t medium, const std::vector<Material>& materials, con
 
 }  // namespace
 
-MediumEmission::MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region)
+MediumEmission::MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region, bool endless)
     : medium_(index), box_(medium.bounds.value_or(region)) {
   if (medium.bounds) to_scene_ = inverse(medium.to_medium);
   volume_ = box_.empty() ? 0 : volume_of(box_) * std::abs(to_scene_.determinant());
+  if (endless && !box_.empty()) {
+    radius_ = 0.5f * length(box_.diagonal());
+    fade_ = 2 / falloff(medium);
+    volume_ = 4 * kPi / 3 * radius_ * radius_ * radius_;
+  }
   std::vector<RGB> parts;  // mean emission of each block times its share of the box
   if (medium.grid) {
     const std::array<int, 3>& blocks = medium.grid->blocks();
@@ -113,11 +120,23 @@ Box3 MediumEmission::block(const Medium& medium, std::uint32_t index) const {
 }
 
 MediumEmission::Start MediumEmission::sample(const Medium& medium, Vec3 u) const {
+  if (radius_ > 0) return sample_endless(medium, u);
   const Distribution1D::Sample chosen = blocks_.sample(u.x);
   const Box3 part = block(medium, chosen.index);
   const Vec3 at = place_in(part, {chosen.remapped, u.y, u.z});
   return {to_scene_.point(place_in(box_, at)),
           emission_across(medium, at) * (4 * kPi * volume_ * volume_of(part) / chosen.probability)};
+}
+
+MediumEmission::Start MediumEmission::sample_endless(const Medium& medium, Vec3 u) const {
+  const RGB emission = emission_across(medium, {}) * (4 * kPi);
+  const Vec3 direction = square_to_sphere({u.y, u.z});
+  if (u.x < 0.5f) {
+    const float distance = radius_ * std::cbrt(2 * u.x);
+    return {box_.center() + direction * distance, emission * (2 * volume_)};
+  }
+  const float left = 2 * (1 - u.x), distance = radius_ - fade_ * std::log(left);
+  return {box_.center() + direction * distance, emission * (2 * 4 * kPi * distance * distance * fade_ / left)};
 }
 
 std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media,
@@ -127,7 +146,9 @@ std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media
   for (std::uint32_t i = 0; i < media.size(); ++i) {
     const Medium& m = media[i];
     if (!emits(m)) continue;
-    const MediumEmission emission(i, m, m.bounds ? Box3() : region_of(i, materials, geometry, ambient));
+    const bool endless = i == ambient && !m.bounds;
+    const Box3 region = m.bounds ? Box3() : endless ? geometry.bounds() : region_of(i, materials, geometry);
+    const MediumEmission emission(i, m, region, endless);
     if (!is_black(emission.power())) out.push_back(emission);
   }
   return out;

@@ -14,11 +14,11 @@ namespace glowworm {
 class MediumEmission {
  public:
   /// @param index of the medium @param region a box of the scene's coordinates that holds the medium, if that has no
-  /// bounds of its own
-  MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region);
+  /// bounds of its own @param endless whether the medium goes on around the region without end
+  MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region, bool endless);
 
   std::uint32_t medium() const { return medium_; }
-  /// Flux of the box if the medium fills it, W; an estimate for grids.
+  /// Flux of the box if the medium fills it, W; of the ball around it if the medium is endless; an estimate for grids.
   RGB power() const { return power_; }
 
   struct Start {
@@ -32,17 +32,21 @@ class MediumEmission {
  private:
   /// A block of a grid across the box, from 0 to 1; the whole box in a homogeneous medium.
   Box3 block(const Medium& medium, std::uint32_t index) const;
+  /// Half of the places lie in the ball, half beyond, where they are the rarer the less light gets from there to it.
+  Start sample_endless(const Medium& medium, Vec3 u) const;
 
   std::uint32_t medium_ = 0;
   Box3 box_;               // in the medium's own coordinates if that has bounds, else in the scene's
   Transform to_scene_;     // from these
-  float volume_ = 0;       // of the box, m^3
+  float volume_ = 0;       // of the box or ball, m^3
+  float radius_ = 0;       // of the ball around the box of an endless medium, metres
+  float fade_ = 0;         // the mean distance of places beyond the ball, metres
   Distribution1D blocks_;  // in proportion to their flux
   RGB power_;
 };
 
-/// The media of a scene that emit. Those without bounds lie in the box of the surfaces that name them. One that no
-/// surface holds, as around a scene, emits in a cube about the scene of twice its radius, though rays see it beyond.
+/// The media of a scene that emit. Those without bounds lie in the box of the surfaces that name them; that around the
+/// scene is endless.
 /// @param ambient index of the medium around the scene, or kNone
 std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media,
                                                 const std::vector<Material>& materials, const Geometry& geometry,

@@ -175,6 +175,24 @@ TEST(EmissiveMedia, AreAFurnace) {
   }
 }
 
+/// An endless medium in balance with the light that it absorbs: a white square in it is as bright, and so is all air.
+/// A seed has a standard deviation of 6% by photons.
+TEST(EmissiveMedia, FillAllSpace) {
+  SceneDescription d;
+  add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_material(d, 1));
+  Medium medium = medium_of(1, 0.5f, 0.2f);
+  medium.emission = RGB(1.0f);
+  d.media.push_back(medium);
+  d.ambient_medium = 0;
+  d.cameras.push_back(look_at({0, -4, 1}, {0, 0, 0.3f}, {0, 0, 1}, 30));
+  const Stage stage(std::move(d));
+  EXPECT_NEAR(mean(stage.render(by_path(8, 256))).luminance(), 1, 0.005);
+  double sum = 0;
+  RenderSettings settings = by_photons(8, 16, 16, 200'000, "blocked");
+  for (settings.seed = 0; settings.seed < 12; ++settings.seed) sum += mean(stage.render(settings)).luminance() / 12;
+  EXPECT_NEAR(sum, 1, 0.05);
+}
+
 struct LitCorner {
   const char* name;
   SceneDescription (*make)();
