@@ -47,7 +47,7 @@ RGB flux_by_cubes(const Medium& medium) {
 
 TEST(MediumEmission, PhotonsCarryTheFluxOfTheGrid) {
   const Medium medium = apart();
-  const MediumEmission emission(0, medium, Box3());
+  const MediumEmission emission(0, medium, Box3(), false);
   const RGB right = flux_by_cubes(medium);
   constexpr int kPhotons = 200'000;
   RGB sum;
@@ -69,7 +69,7 @@ TEST(MediumEmission, HomogeneousMediaEmitEvenlyInTheirBox) {
   Medium medium;
   medium.sigma_a = RGB(2.0f);
   medium.emission = RGB(1, 2, 3);
-  const MediumEmission emission(7, medium, Box3{{1, 1, 1}, {2, 3, 4}});
+  const MediumEmission emission(7, medium, Box3{{1, 1, 1}, {2, 3, 4}}, false);
   EXPECT_EQ(emission.medium(), 7u);
   EXPECT_NEAR(emission.power().g, 4 * kPi * 4 * 6, 1e-3f);
   const MediumEmission::Start start = emission.sample(medium, {0.5f, 0.25f, 0.75f});
