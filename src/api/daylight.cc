@@ -112,9 +112,9 @@ YearInputs read_inputs(const DaylightOptions& o, const std::string& path) {
 
 /// Follows the work on one of the states of a scene. @param state 0 for the scene itself
 YearWatch watch_of(const DaylightOptions& o, std::size_t state, const std::function<void(double)>& progress) {
-  const double each = 1.0 / static_cast<double>(o.shades.size() + 1);
   if (!progress) return {[&](Job& job, YearProgress) { attend(job, progress); }, nullptr};
-  const auto told = [=, &progress](double share) { progress((static_cast<double>(state) + share) * each); };
+  const auto states = static_cast<double>(o.shades.size() + 1);
+  const auto told = [=, &progress](double share) { progress((static_cast<double>(state) + share) / states); };
   return {
       [=](Job& job, YearProgress part) { attend(job, [&](double share) { told(part.before + part.share * share); }); },
       told};

@@ -114,6 +114,11 @@ void check_year_settings(const RenderSettings& asked) {
                 fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
 }
 
+YearProgress part_of(std::size_t done, std::size_t parts) {
+  const auto all = static_cast<double>(parts), before = static_cast<double>(done) / all;
+  return {before, static_cast<double>(done + 1) / all - before};
+}
+
 namespace {
 
 /// What measures a round of coefficients.
@@ -152,14 +157,13 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
   CoefficientMean mean(model.sky, model.suns);
   FoundState out;
   std::uint32_t expected = std::max(end.rounds, 2u);
-  const int parts = sunny ? 2 : 1;
+  const std::uint32_t parts = sunny ? 2 : 1;
   // The light that a Job of the round finds, or nothing.
-  const auto run = [&](const YearScene& lit, RenderSettings s, int part,
+  const auto run = [&](const YearScene& lit, RenderSettings s, std::uint32_t part,
                        auto&& light_of) -> std::optional<ColorMatrix> {
     s.seed = hash_combine(s.seed, out.rounds);
     Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
-    const double share = 1.0 / (parts * expected + 1);  // one part more: rays to the sun
-    watch.wait(job, {(parts * out.rounds + part) * share, share});
+    watch.wait(job, part_of(parts * out.rounds + part, parts * expected + 1));  // one part more: rays to the sun
     if (job.ending() == Ending::cancelled) return std::nullopt;
     return light_of(job);
   };

@@ -57,11 +57,14 @@ void check_year_settings(const RenderSettings& asked);
 struct YearProgress {
   double before = 0, share = 0;  ///< of all work, as far as is known
 };
+/// The part after `done` of `parts` equal ones. Its end, `before + share`, is the `before` of the next, bit for bit.
+YearProgress part_of(std::size_t done, std::size_t parts);
 
 /// Follows the work of a year.
 struct YearWatch {
   std::function<void(Job&, YearProgress)> wait;  ///< waits for the end of a Job; throws its error
-  std::function<void(double)> rays;              ///< hears the share of all work that is done by rays; null: nobody
+  /// Hears the share of all work that is done, while rays find the rest; exactly 1 at the end. Null: nobody.
+  std::function<void(double)> rays;
 };
 
 /// Coefficients of a scene.

@@ -248,11 +248,12 @@ void rate_hour(const Tracer& tracer, const ViewLight& view, const YearSky& sky, 
 void rate_hours(const Tracer& tracer, const ViewLight& view, const YearModel& model,
                 std::span<const std::uint32_t> hours, const std::function<void(double)>& progress, ViewYear& out) {
   for (std::size_t first = 0; first < hours.size(); first += kHoursAtOnce) {
+    progress(static_cast<double>(first) / static_cast<double>(hours.size()));
     const HourBlock block =
         light_of_hours(tracer, view, model, hours.subspan(first, std::min(kHoursAtOnce, hours.size() - first)));
     parallel_for_each(block.hours.size(), 1, [&](std::size_t k) { rate_hour(tracer, view, model.sky, block, k, out); });
-    progress(static_cast<double>(first + block.hours.size()) / static_cast<double>(hours.size()));
   }
+  progress(1);
 }
 
 /// The scene with the views as cameras.
@@ -293,14 +294,11 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
     of_suns = std::make_unique<PictureMaker>(YearScene(scene_under_suns(seen, model.suns.places())),
                                              picture_settings(asked, kPhotonsOfSun * places, beside, side, names));
   // One part more for each view: its hours.
-  const double share = 1.0 / static_cast<double>(views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1));
-  double before = 0;
-  const auto wait_on = [&](Job& job) {
-    watch.wait(job, {before, share});
-    before += share;
-  };
+  const std::size_t parts = views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1);
+  std::size_t done = 0;
+  const auto wait_on = [&](Job& job) { watch.wait(job, part_of(done++, parts)); };
   const auto rated = [&](double of_view) {
-    if (watch.rays) watch.rays(before + share * of_view);
+    if (watch.rays) watch.rays((static_cast<double>(done) + of_view) / static_cast<double>(parts));
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
     ViewLight view = view_light(of_sky.tracer(), views[i], side, model);
@@ -322,7 +320,7 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
       if (of_suns) of_suns->forget(round);
     }
     rate_hours(of_sky.tracer(), view, model, hours, rated, out[i]);
-    before += share;
+    ++done;
   }
   return true;
 }

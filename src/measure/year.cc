@@ -289,9 +289,9 @@ void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sen
   };
   constexpr std::size_t kHoursAtOnce = 64;
   for (std::size_t first = 0; first < images.size(); first += kHoursAtOnce) {
+    if (progress) progress(static_cast<double>(first) / static_cast<double>(images.size()));
     const std::size_t end = std::min(first + kHoursAtOnce, images.size());
     parallel_for_each(sensors, 1, [&](std::size_t sensor) { add(sensor, first, end); });
-    if (progress) progress(static_cast<double>(end) / static_cast<double>(images.size()));
   }
 }
 
@@ -309,6 +309,7 @@ DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t se
   DirectSun out{reflected_sun(tracer, points, sensors, sky, all), {}};
   out.mirrored.resize(out.straight.size());
   if (!grid.on_surfaces) add_sun_images(tracer, grid, sensors, sky, progress, out);
+  if (progress) progress(1);
   return out;
 }
 

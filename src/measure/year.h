@@ -111,7 +111,7 @@ struct DirectSun {
   /// From the directions of its images (SunImages); 0 for sensors on surfaces, which photons light.
   std::vector<float> mirrored;
 };
-/// @param progress is told the share that is done, by the calling thread; null: nobody is
+/// @param progress is told the share that is done, by the calling thread, and 1 at the end; null: nobody is
 DirectSun direct_sun(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
                      const std::function<void(double)>& progress = nullptr);
 

@@ -220,7 +220,7 @@ TEST(RateViews, LeavesOtherHoursAlone) {
   ASSERT_TRUE(
       rate_views(Scene(room_with_opening()), views, 16, model, std::vector<std::uint32_t>{1}, quick, watch, found));
   EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
-  EXPECT_NEAR(done.back(), 1, 1e-9) << "with the hours, which no Job does";
+  EXPECT_EQ(done.back(), 1) << "with the hours, which no Job does";
   EXPECT_EQ(found[0].dgp[0], 0);
   EXPECT_GT(found[0].dgp[1], 0.1f);
   EXPECT_EQ(found[0].illuminance[2], 0);

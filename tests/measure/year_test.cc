@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "control/job.h"
@@ -241,6 +242,29 @@ TEST(FindState, IsUnbiasedBehindSlats) {
     const double error = std::hypot(m.relative_error[i], found->relative_error[i]);
     EXPECT_NEAR(sum / m.irradiance[i].g, 1, 3 * error) << i;
     EXPECT_LT(error, 0.04) << i;
+  }
+}
+
+/// Nothing is smooth, so the sun has no images. Photons give sensors on surfaces those that it has.
+TEST(FindState, TellsTheEndOfItsWork) {
+  const YearModel model(some_hours(), "", 145, kGround, 60);
+  Sensors sensors;
+  sensors.add({0.5f, 0, 0.5f}, {0, 1, 0});
+  const Scene plain(ground_alone());
+  const YearScene sky = under_sky(plain, model);
+  for (const bool on_surfaces : {true, false}) {
+    RenderSettings asked;
+    asked.samples = 4;  // two rounds
+    std::vector<double> done;
+    const YearWatch watch{[&](Job& job, YearProgress part) {
+                            done.push_back(part.before);
+                            job.wait();
+                            done.push_back(part.before + part.share);
+                          },
+                          [&](double share) { done.push_back(share); }};
+    ASSERT_TRUE(find_state(plain, sky, sensors, on_surfaces, model, asked, watch));
+    EXPECT_TRUE(std::is_sorted(done.begin(), done.end())) << on_surfaces;
+    EXPECT_EQ(done.back(), 1) << on_surfaces;
   }
 }
 
