@@ -19,6 +19,7 @@
 #include "control/job_report.h"
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/temporary_files.h"
 #include "core/text.h"
 #include "film/output.h"
 #include "image/tone_map.h"
@@ -284,24 +285,48 @@ Movie::Movie(std::string path, const std::vector<std::string>& names, double fra
         fmt::format("Install ffmpeg, or leave this out and encode {} with another program.", pictures_));
 }
 
+namespace {
+
+/// A file of another program, which is removed unless it is given its final name.
+class UnfinishedFile {
+ public:
+  explicit UnfinishedFile(std::string path) : path_(std::move(path)), registered_(path_) {}
+  UnfinishedFile(const UnfinishedFile&) = delete;
+  UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+  ~UnfinishedFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  TemporaryName registered_;
+};
+
+}  // namespace
+
 void Movie::write(const std::vector<std::uint32_t>& numbers) const {
-  const std::string unfinished = path_ + ".unfinished.mp4";
+  const UnfinishedFile unfinished(path_ + ".unfinished.mp4");  // outlives ffmpeg
   const std::string command = fmt::format(
       "{} -nostdin -y -loglevel error -f image2pipe -framerate {} -c:v png -i pipe:0 "
       "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p {} >/dev/null",
-      shell_word(program_), frames_per_second_, shell_word(unfinished));
+      shell_word(program_), frames_per_second_, shell_word(unfinished.path()));
   std::unique_ptr<FILE, int (*)(FILE*)> input(popen(command.c_str(), "we"), pclose);
   if (!input) throw Error(fmt::format("ffmpeg cannot be started: {}", std::strerror(errno)));
-  for (const std::uint32_t number : numbers) {
+  const auto passed = [&](std::uint32_t number) {
     const std::string picture = read_input_file(frame_file(pictures_, number));
-    if (std::fwrite(picture.data(), 1, picture.size(), input.get()) != picture.size()) break;
-  }
-  const int status = pclose(input.release());
+    return std::fwrite(picture.data(), 1, picture.size(), input.get()) == picture.size();
+  };
+  const bool all_passed = std::all_of(numbers.begin(), numbers.end(), passed) && std::fflush(input.get()) == 0;
+  if (pclose(input.release()) != 0)
+    throw Error(fmt::format("ffmpeg has not written {}", path_), "Its message is above; the frames are there.");
+  if (!all_passed)
+    throw Error(fmt::format("ffmpeg ended before it had read all frames of {}", path_), "The frames are there.");
   std::error_code error;
-  if (status == 0) std::filesystem::rename(unfinished, path_, error);
-  if (status == 0 && !error) return;
-  std::filesystem::remove(unfinished, error);
-  throw Error(fmt::format("ffmpeg has not written {}", path_), "Its message is above; the frames are there.");
+  std::filesystem::rename(unfinished.path(), path_, error);
+  if (error) throw Error({path_}, fmt::format("cannot give the finished film its name: {}", error.message()));
 }
 
 }  // namespace glowworm

@@ -75,10 +75,11 @@ class SequenceTest : public ProgramTest {
              {{"sampler", 1}, {"target", {{"node", 7}, {"path", "rotation"}}}}}}}}}};
     std::ofstream(path(name)) << gltf;
   }
-  /// A program `ffmpeg` that copies its input to its output, and PATH with it in front.
-  std::function<void()> with_ffmpeg() const {
+  /// A program `ffmpeg` that first runs a line of the shell, then copies its input to its output, `$last`; and PATH
+  /// with it in front.
+  std::function<void()> with_ffmpeg(const std::string& first = ":") const {
     fs::create_directory(path("bin"));
-    std::ofstream(path("bin/ffmpeg")) << "#!/bin/sh\nfor last; do :; done\nexec cat > \"$last\"\n";
+    std::ofstream(path("bin/ffmpeg")) << "#!/bin/sh\nfor last; do :; done\n" << first << "\nexec cat > \"$last\"\n";
     fs::permissions(path("bin/ffmpeg"), fs::perms::owner_all);
     const std::string folders = path("bin") + ":/usr/bin:/bin";
     return [folders] { setenv("PATH", folders.c_str(), 1); };
@@ -239,6 +240,23 @@ TEST_F(SequenceTest, PipesPicturesToFfmpeg) {
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(read(path("a.mp4")), read(path("a0.png")) + read(path("a1.png")));
   EXPECT_FALSE(fs::exists(path("a.mp4.unfinished.mp4")));
+}
+
+/// Frames are larger than a pipe, so ffmpeg has begun before the second is read.
+TEST_F(SequenceTest, LeavesNoUnfinishedFilm) {
+  const auto film_with = [&](const std::string& line) {
+    const Outcome made = render(
+        "builtin:cornell",
+        {"--turntable", "2", "--size", "320x320", "--samples", "1", "--filter", "off", "-o", "a#.png", "-o", "a.mp4"},
+        with_ffmpeg(line));
+    EXPECT_GT(fs::file_size(path("a0.png")), 1u << 16);
+    EXPECT_FALSE(fs::exists(path("a.mp4")));
+    EXPECT_FALSE(fs::exists(path("a.mp4.unfinished.mp4")));
+    return made;
+  };
+  EXPECT_TRUE(refused(film_with("rm a1.png"), {"a1.png"}));
+  EXPECT_TRUE(refused(film_with("echo begun > \"$last\"; exit 0"), {"a.mp4", "all frames"}));
+  EXPECT_TRUE(refused(film_with("echo begun > \"$last\"; exit 1"), {"a.mp4", "has not written"}));
 }
 
 TEST_F(SequenceTest, RefusesWhatMakesNoSequence) {
