@@ -248,6 +248,8 @@ for each sample, so that relative_error contains their noise.
 Unless --integrator, --gather or --photons is given, pilot measurements choose paths or
 photons, whichever take less work, and as many as an error of 2% takes, or --noise or
 --time allow; the last line says which. --samples N are N times 256 paths then.
+Where paths end by --noise, each sensor takes 256 at least: fewer may all miss a lamp,
+and then agree on a wrong value.
 
 Examples:
   glowworm measure builtin:ajar --grid y=0.8,0.5 -o lux.csv

@@ -209,6 +209,7 @@ TEST(StandardErrors, OfFewSensorsAreKnownBeforeTheyEndAMeasurement) {
   };
   EXPECT_EQ(passes(1, Integrator::gather), kSensorBatches);
   EXPECT_EQ(passes(1, Integrator::path), 256u) << "few paths may all miss a light";
+  EXPECT_EQ(passes(16, Integrator::path), 256u) << "those of many sensors may miss the same light";
   EXPECT_EQ(passes(16, Integrator::gather), 2u);
 }
 
