@@ -114,7 +114,7 @@ void check_year_settings(const RenderSettings& asked) {
                 fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
 }
 
-YearProgress part_of(std::size_t done, std::size_t parts) {
+YearProgress year_part(std::size_t done, std::size_t parts) {
   const auto all = static_cast<double>(parts), before = static_cast<double>(done) / all;
   return {before, static_cast<double>(done + 1) / all - before};
 }
@@ -163,7 +163,7 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
                        auto&& light_of) -> std::optional<ColorMatrix> {
     s.seed = hash_combine(s.seed, out.rounds);
     Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
-    watch.wait(job, part_of(parts * out.rounds + part, parts * expected + 1));  // one part more: rays to the sun
+    watch.wait(job, year_part(parts * out.rounds + part, parts * expected + 1));  // one part more: rays to the sun
     if (job.ending() == Ending::cancelled) return std::nullopt;
     return light_of(job);
   };

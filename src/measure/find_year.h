@@ -58,7 +58,7 @@ struct YearProgress {
   double before = 0, share = 0;  ///< of all work, as far as is known
 };
 /// The part after `done` of `parts` equal ones. Its end, `before + share`, is the `before` of the next, bit for bit.
-YearProgress part_of(std::size_t done, std::size_t parts);
+YearProgress year_part(std::size_t done, std::size_t parts);
 
 /// Follows the work of a year.
 struct YearWatch {

@@ -296,7 +296,7 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
   // One part more for each view: its hours.
   const std::size_t parts = views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1);
   std::size_t done = 0;
-  const auto wait_on = [&](Job& job) { watch.wait(job, part_of(done++, parts)); };
+  const auto wait_on = [&](Job& job) { watch.wait(job, year_part(done++, parts)); };
   const auto rated = [&](double of_view) {
     if (watch.rays) watch.rays((static_cast<double>(done) + of_view) / static_cast<double>(parts));
   };
