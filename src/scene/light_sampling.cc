@@ -203,14 +203,14 @@ EmittedPhoton emit_from_light(const Scene& scene, const Light& light, Vec2 u_pos
   return out;
 }
 
-/// Samples a place of a medium's volume, and an even direction.
+/// Samples a place of a medium's volume, and a direction.
 EmittedPhoton emit_from_medium(const Scene& scene, const MediumEmission& emission, float u_block, Vec2 u_position,
                                Vec2 u_direction) {
   const MediumEmission::Start start =
-      emission.sample(scene.media()[emission.medium()], {u_block, u_position.x, u_position.y});
+      emission.sample(scene.media()[emission.medium()], {u_block, u_position.x, u_position.y}, u_direction);
   EmittedPhoton out;
   out.origin = start.position;
-  out.direction = square_to_sphere(u_direction);
+  out.direction = start.direction;
   out.flux = start.flux;
   return out;
 }

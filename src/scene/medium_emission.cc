@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/frame.h"
 #include "core/parallel.h"
 #include "core/warp.h"
 
@@ -56,7 +57,7 @@ float falloff(const Medium& medium) {
   float least = std::numeric_limits<float>::infinity();
   for (int c = 0; c < 3; ++c) {
     const float a = medium.sigma_a[c], s = medium.sigma_s[c];
-    if (a > 0) least = std::min({least, a + s, std::sqrt(3 * a * (a + s * (1 - medium.g)))});
+    if (a > 0 && medium.emission[c] > 0) least = std::min({least, a + s, std::sqrt(3 * a * (a + s * (1 - medium.g)))});
   }
   return least;
 }
@@ -102,6 +103,9 @@ MediumEmission::MediumEmission(std::uint32_t index, const Medium& medium, const 
     weights.push_back(luminance(part));
   }
   blocks_ = Distribution1D(weights);
+  // From beyond, the ball has the radiance at which the medium emits as much as it absorbs: medium.emission.
+  for (int c = 0; c < 3; ++c)
+    if (medium.sigma_a[c] > 0) power_[c] += medium.emission[c] * (4 * kPi * kPi * radius_ * radius_);
 }
 
 Box3 MediumEmission::block(const Medium& medium, std::uint32_t index) const {
@@ -119,24 +123,43 @@ Box3 MediumEmission::block(const Medium& medium, std::uint32_t index) const {
   return out;
 }
 
-MediumEmission::Start MediumEmission::sample(const Medium& medium, Vec3 u) const {
-  if (radius_ > 0) return sample_endless(medium, u);
+MediumEmission::Start MediumEmission::sample(const Medium& medium, Vec3 u, Vec2 u_direction) const {
+  if (radius_ > 0) return sample_endless(medium, u, u_direction);
   const Distribution1D::Sample chosen = blocks_.sample(u.x);
   const Box3 part = block(medium, chosen.index);
   const Vec3 at = place_in(part, {chosen.remapped, u.y, u.z});
-  return {to_scene_.point(place_in(box_, at)),
+  return {to_scene_.point(place_in(box_, at)), square_to_sphere(u_direction),
           emission_across(medium, at) * (4 * kPi * volume_ * volume_of(part) / chosen.probability)};
 }
 
-MediumEmission::Start MediumEmission::sample_endless(const Medium& medium, Vec3 u) const {
-  const RGB emission = emission_across(medium, {}) * (4 * kPi);
-  const Vec3 direction = square_to_sphere({u.y, u.z});
-  if (u.x < 0.5f) {
-    const float distance = radius_ * std::cbrt(2 * u.x);
-    return {box_.center() + direction * distance, emission * (2 * volume_)};
+MediumEmission::Start MediumEmission::sample_endless(const Medium& medium, Vec3 u, Vec2 u_direction) const {
+  const bool inside = u.x < 0.5f;
+  const float left = 2 * (1 - u.x);
+  const float distance = inside ? radius_ * std::cbrt(2 * u.x) : radius_ - fade_ * std::log(left);
+  const float volume = inside ? volume_ : 4 * kPi * distance * distance * fade_ / left;  // per place, m^3
+  const Vec3 offset = square_to_sphere({u.y, u.z}) * distance;
+  Start out{box_.center() + offset, square_to_sphere(u_direction),
+            emission_across(medium, {}) * (2 * 4 * kPi * volume)};
+  if (!inside) aim(out, offset, u_direction);
+  return out;
+}
+
+void MediumEmission::aim(Start& start, Vec3 offset, Vec2 u) const {
+  // The cone that the ball subtends has 1 - cos of its half angle, written so as not to cancel.
+  const float sine2 = std::min(radius_ * radius_ / length_squared(offset), 1.0f);
+  const float height = sine2 / (1 + std::sqrt(1 - sine2)), share = height / 2;  // of the sphere
+  const bool aims = u.x < 0.5f;
+  if (aims) {
+    const float h = height * 2 * u.x, across = std::sqrt(h * (2 - h)), phi = 2 * kPi * u.y;
+    start.direction =
+        Frame::from_normal(-normalize(offset)).to_world({across * std::cos(phi), across * std::sin(phi), 1 - h});
+  } else {
+    start.direction = square_to_sphere({2 * u.x - 1, u.y});
   }
-  const float left = 2 * (1 - u.x), distance = radius_ - fade_ * std::log(left);
-  return {box_.center() + direction * distance, emission * (2 * 4 * kPi * distance * distance * fade_ / left)};
+  const bool in_cone =
+      aims || (dot(offset, start.direction) < 0 && length_squared(cross(offset, start.direction)) < radius_ * radius_);
+  // The even density over that of both ways to choose the direction.
+  start.flux *= in_cone ? 2 * share / (1 + share) : 2.0f;
 }
 
 std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media,

@@ -18,22 +18,29 @@ class MediumEmission {
   MediumEmission(std::uint32_t index, const Medium& medium, const Box3& region, bool endless);
 
   std::uint32_t medium() const { return medium_; }
-  /// Flux of the box if the medium fills it, W; of the ball around it if the medium is endless; an estimate for grids.
+  /// Flux of the box if the medium fills it, W; an estimate for grids. If the medium is endless: flux of the ball
+  /// around the box, and that which enters it from beyond where nothing but the medium is.
   RGB power() const { return power_; }
 
   struct Start {
-    Vec3 position;  ///< metres
-    RGB flux;       ///< of a photon in any direction, W; divide by the number emitted
+    Vec3 position;   ///< metres
+    Vec3 direction;  ///< unit
+    RGB flux;        ///< of a photon, W; divide by the number emitted
   };
-  /// A place, in about the proportion of the emission. Where surfaces leave it out of the medium, it emits nothing.
-  /// @param medium as in the constructor @param u in [0, 1)
-  Start sample(const Medium& medium, Vec3 u) const;
+  /// A place, in about the proportion of the emission, and a direction. Where surfaces leave the place out of the
+  /// medium, it emits nothing.
+  /// @param medium as in the constructor @param u, u_direction in [0, 1)
+  Start sample(const Medium& medium, Vec3 u, Vec2 u_direction) const;
 
  private:
   /// A block of a grid across the box, from 0 to 1; the whole box in a homogeneous medium.
   Box3 block(const Medium& medium, std::uint32_t index) const;
-  /// Half of the places lie in the ball, half beyond, where they are the rarer the less light gets from there to it.
-  Start sample_endless(const Medium& medium, Vec3 u) const;
+  /// Half of the places lie in the ball. The others lie beyond: the less light reaches the ball from a distance, the
+  /// fewer places are there.
+  Start sample_endless(const Medium& medium, Vec3 u, Vec2 u_direction) const;
+  /// Turns photons that start beyond the ball: half of them towards it, half in any direction.
+  /// @param offset of the place from the centre of the ball, metres
+  void aim(Start& start, Vec3 offset, Vec2 u) const;
 
   std::uint32_t medium_ = 0;
   Box3 box_;               // in the medium's own coordinates if that has bounds, else in the scene's
@@ -45,8 +52,8 @@ class MediumEmission {
   RGB power_;
 };
 
-/// The media of a scene that emit. Those without bounds lie in the box of the surfaces that name them; that around the
-/// scene is endless.
+/// The media of a scene that emit. Those without bounds lie in the box of the surfaces that name them. The ambient
+/// medium is endless if it has no bounds.
 /// @param ambient index of the medium around the scene, or kNone
 std::vector<MediumEmission> find_emissive_media(const std::vector<Medium>& media,
                                                 const std::vector<Material>& materials, const Geometry& geometry,

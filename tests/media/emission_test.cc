@@ -193,6 +193,23 @@ TEST(EmissiveMedia, FillAllSpace) {
   EXPECT_NEAR(sum, 1, 0.05);
 }
 
+/// The same square, seen from close above, in thinner air: most of its light comes from far away.
+TEST(EmissiveMedia, LightSurfacesFromFarAway) {
+  for (const float sigma_t : {1.0f, 0.1f, 0.01f}) {
+    SceneDescription d;
+    add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_material(d, 1));
+    d.media.push_back(medium_of(sigma_t, 0));
+    d.media.back().emission = RGB(1.0f);
+    d.ambient_medium = 0;
+    const Stage stage(std::move(d));
+    double sum = 0;
+    RenderSettings settings = by_photons(1, 4, 64, 20'000, "blocked");
+    for (settings.seed = 0; settings.seed < 4; ++settings.seed)
+      sum += irradiance(stage, settings, {{0, 0, 0.3f}}, {{0, 0, -1}})[0] / (4 * kPi);
+    EXPECT_NEAR(sum, 1, 0.02) << sigma_t;
+  }
+}
+
 struct LitCorner {
   const char* name;
   SceneDescription (*make)();

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/random.h"
 #include "core/warp.h"
 
 namespace glowworm {
@@ -54,8 +55,8 @@ TEST(MediumEmission, PhotonsCarryTheFluxOfTheGrid) {
   for (int i = 0; i < kPhotons; ++i) {
     // Evenly spread points (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
     const auto part = [i](double step) { return static_cast<float>(std::fmod(0.5 + i * step, 1.0)) * 0.999999f; };
-    const MediumEmission::Start start =
-        emission.sample(medium, {part(0.8191725133961645), part(0.6710436067037893), part(0.5497004779019703)});
+    const MediumEmission::Start start = emission.sample(
+        medium, {part(0.8191725133961645), part(0.6710436067037893), part(0.5497004779019703)}, {0.5f, 0.5f});
     EXPECT_TRUE(medium.bounds->contains(medium.to_medium.point(start.position)) || is_black(start.flux));
     sum += start.flux;
   }
@@ -72,11 +73,53 @@ TEST(MediumEmission, HomogeneousMediaEmitEvenlyInTheirBox) {
   const MediumEmission emission(7, medium, Box3{{1, 1, 1}, {2, 3, 4}}, false);
   EXPECT_EQ(emission.medium(), 7u);
   EXPECT_NEAR(emission.power().g, 4 * kPi * 4 * 6, 1e-3f);
-  const MediumEmission::Start start = emission.sample(medium, {0.5f, 0.25f, 0.75f});
+  const MediumEmission::Start start = emission.sample(medium, {0.5f, 0.25f, 0.75f}, {0, 0.5f});
   EXPECT_NEAR(start.position.x, 1.5f, 1e-6f);
   EXPECT_NEAR(start.position.y, 1.5f, 1e-6f);
   EXPECT_NEAR(start.position.z, 3.25f, 1e-6f);
+  EXPECT_NEAR(start.direction.z, 1, 1e-6f);
   EXPECT_NEAR(start.flux.b, emission.power().b, 1e-3f);
+}
+
+/// A channel that hardly absorbs sends photons no farther if it doesn't emit.
+TEST(MediumEmission, EndlessMediaReachAsFarAsTheChannelsThatEmit) {
+  Medium grey, clear;
+  grey.sigma_a = RGB(1.0f);
+  clear.sigma_a = RGB(0.001f, 1, 1);
+  grey.emission = clear.emission = RGB(0, 1, 1);
+  const Box3 box{{-1, -1, -1}, {1, 1, 1}};
+  const Vec3 u{0.9f, 0.3f, 0.6f};
+  const auto far = [&](const Medium& m) { return length(MediumEmission(0, m, box, true).sample(m, u, {}).position); };
+  EXPECT_GT(far(grey), 2.0f);
+  EXPECT_EQ(far(clear), far(grey));
+}
+
+/// The light that comes straight from beyond to a ball is that of its equilibrium with the medium, pi L on each
+/// place of its surface, whatever the medium's density.
+TEST(MediumEmission, EndlessMediaLightTheBallFromBeyond) {
+  const Box3 box{{-1, 0, 2}, {3, 4, 4}};
+  const float radius = 3;
+  for (const float sigma_a : {1.0f, 0.1f, 0.01f, 0.001f}) {
+    Medium medium;
+    medium.sigma_a = RGB(sigma_a);
+    medium.emission = RGB(1, 2, 4);
+    const MediumEmission emission(0, medium, box, true);
+    constexpr int kPhotons = 50'000;
+    double sum = 0;
+    for (int i = 0; i < kPhotons; ++i) {
+      Sampler sampler(SamplerKind::sobol, 0, 1, static_cast<std::uint32_t>(i));
+      const Vec2 a = sampler.next2(), b = sampler.next2(), c = sampler.next2();
+      const MediumEmission::Start start = emission.sample(medium, {a.x, b.x, b.y}, c);
+      const Vec3 offset = start.position - box.center();
+      const float nearest = -dot(offset, start.direction);
+      const float inside = radius * radius - length_squared(cross(offset, start.direction));
+      if (length(offset) < radius || nearest < 0 || inside < 0) continue;
+      sum += start.flux.g * std::exp(-sigma_a * (nearest - std::sqrt(inside))) / kPhotons;
+    }
+    const double right = 2 * 4 * kPi * kPi * radius * radius;
+    EXPECT_NEAR(sum, right, 0.01 * right) << sigma_a;
+    EXPECT_NEAR(emission.power().g, right * (1 + 4 * radius * sigma_a / 3), 1e-5 * right) << sigma_a;
+  }
 }
 
 }  // namespace
