@@ -181,11 +181,12 @@ EmittedPhoton emit_from_spot(const Light& light, Vec2 u) {
 /// Samples a point on the disc in front of the scene, perpendicular to `direction`. The flux is `irradiance` times the
 /// disc's area.
 EmittedPhoton emit_from_afar(const Scene& scene, Vec3 direction, RGB irradiance, Vec2 u) {
-  const Vec2 disk = square_to_disk(u) * scene.radius();
+  const auto& [center, radius] = scene.lit_sphere();
+  const Vec2 disk = square_to_disk(u) * radius;
   EmittedPhoton out;
-  out.origin = scene.center() + Frame::from_normal(direction).to_world({disk.x, disk.y, -scene.radius()});
+  out.origin = center + Frame::from_normal(direction).to_world({disk.x, disk.y, -radius});
   out.direction = direction;
-  out.flux = irradiance * (kPi * scene.radius() * scene.radius());
+  out.flux = irradiance * (kPi * radius * radius);
   return out;
 }
 

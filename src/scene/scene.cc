@@ -258,8 +258,8 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
       origin_(scene.origin_),
       smooth_(scene.smooth_),
       bounds_(scene.bounds_),
-      center_(scene.center_),
       radius_(scene.radius_),
+      lit_sphere_(scene.lit_sphere_),
       emissive_media_(scene.emissive_media_),
       material_has_alpha_(scene.material_has_alpha_),
       material_is_pane_(scene.material_is_pane_),
@@ -299,11 +299,14 @@ void Scene::measure() {
   const std::vector<Vec3> around = ambient_corners(d_);
   Box3 whole = bounds_;
   for (const Vec3 corner : around) whole.grow(corner);
-  center_ = whole.center();
   radius_ = 0;
-  const auto contain = [&](const Vec3& p) { radius_ = std::max(radius_, length(p - center_)); };
-  geometry_->for_each_position(contain);
-  std::for_each(around.begin(), around.end(), contain);
+  lit_sphere_ = {whole.center(), 0};
+  geometry_->for_each_position([&](const Vec3& p) {
+    radius_ = std::max(radius_, length(p - center()));
+    lit_sphere_.radius = std::max(lit_sphere_.radius, length(p - lit_sphere_.center));
+  });
+  for (const Vec3 corner : around)
+    lit_sphere_.radius = std::max(lit_sphere_.radius, length(corner - lit_sphere_.center));
 }
 
 void Scene::find_repeated() {
@@ -315,7 +318,7 @@ void Scene::find_repeated() {
 
 void Scene::find_light_sources() {
   const Geometry& g = *geometry_;
-  const float disc = kPi * radius_ * radius_;
+  const float disc = kPi * lit_sphere_.radius * lit_sphere_.radius;
   emissive_triangles_.clear();
   emissive_index_.assign(g.triangles.size(), kNone);
   source_powers_.clear();
@@ -332,7 +335,7 @@ void Scene::find_light_sources() {
     emissive_triangles_.push_back(t);
     source_powers_.push_back(power);
   }
-  for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, radius_));
+  for (const Light& light : d_.lights) source_powers_.push_back(glowworm::light_power(light, lit_sphere_.radius));
   for (const MediumEmission& emission : emissive_media_) source_powers_.push_back(emission.power());
   if (d_.environment) {
     source_powers_.push_back(environment_integral(*d_.environment) * disc);

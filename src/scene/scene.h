@@ -92,6 +92,11 @@ struct SceneEdit {
   std::optional<LightPowers> lit_as = {};
 };
 
+struct Sphere {
+  Vec3 center;
+  float radius = 0;  ///< metres
+};
+
 /// An immutable scene with the tables derived from its description. All its positions are relative to origin().
 class Scene {
  public:
@@ -157,11 +162,11 @@ class Scene {
   /// Whether any vertex has a shading normal.
   bool smooth() const { return smooth_; }
   Box3 bounds() const { return bounds_; }  ///< of the surfaces, metres
-  /// The middle of the surfaces and the ambient medium.
-  Vec3 center() const { return center_; }
-  /// Radius of a sphere around center() that contains all surfaces and an ambient medium with bounds, metres: what
-  /// light from afar may meet.
+  Vec3 center() const { return bounds_.center(); }
+  /// Radius of a sphere around center() that contains the surfaces, metres.
   float radius() const { return radius_; }
+  /// A sphere that contains all that light from afar may meet: the surfaces, and an ambient medium with bounds.
+  const Sphere& lit_sphere() const { return lit_sphere_; }
   /// Emissive triangles, in order; without those whose emission texture is black all over them.
   const std::vector<std::uint32_t>& emissive_triangles() const { return emissive_triangles_; }
   /// Index of a triangle in emissive_triangles(), or kNone.
@@ -221,8 +226,8 @@ class Scene {
   Vec3 origin_;
   bool smooth_ = false;
   Box3 bounds_;
-  Vec3 center_;
   float radius_ = 0;
+  Sphere lit_sphere_;
   std::vector<std::uint32_t> emissive_triangles_, emissive_index_;
   std::vector<MediumEmission> emissive_media_;
   std::vector<RGB> source_powers_;
