@@ -211,16 +211,19 @@ RGB albedo(const Bsdf& bsdf, Vec3 wo, Lobes lobes) {
 }
 
 LobeChoice choose_lobes(const Bsdf& bsdf, Vec3 wo, float u) {
+  LobeChoice chosen;
+  if (wo.z == 0) return chosen;
   const Components components = chosen_components(view_of(bsdf, wo, kAllLobes));
   float below = 0;
   for (const Lobes lobes : {kDiffuse, kGlossy, kSpecular}) {
     float probability = 0;
     for (int i = 0; i < components.count; ++i)
       if (components.list[i].lobe & lobes) probability += components.list[i].probability;
+    if (probability > 0) chosen = {lobes, probability};
     below += probability;
-    if (u < below) return {lobes, probability};
+    if (u < below) break;
   }
-  return {};
+  return chosen;
 }
 
 RGB straight_transmittance(const Bsdf& bsdf, Vec3 wo) {

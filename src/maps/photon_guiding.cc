@@ -106,6 +106,7 @@ PhotonImportance find_importance(const Tracer& tracer, const View& view, const R
   FinalGatherSettings gather;
   gather.rays = kPilotGatherRays;
   gather.seed = settings.seed;
+  gather.photons_alone = true;
   QueryPoints queries;
   final_gather(tracer, points, 0, points.size(), gather, radiance, {queries}, statistics);
   importance.gathered = grid_of(queries);
