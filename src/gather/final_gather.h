@@ -17,7 +17,7 @@ struct FinalGatherSettings {
   std::uint32_t rays = 64;  ///< final gather rays of each gather point
   std::uint32_t seed = 0;
   std::uint32_t light_samples = 0;        ///< light samples of each gather point; 0: rays that hit lights are ignored
-  const RadiusGrid* radii = nullptr;      ///< photon radii; null: no secondary gather
+  const RadiusGrid* radii = nullptr;      ///< photon radii; null: no secondary gather from short rays
   const GatherGuide* guide = nullptr;     ///< of diffuse gather points; null: none
   const BrightPatches* bright = nullptr;  ///< patches to sample directly; null: none
   std::uint32_t patch_samples = 0;        ///< rays of each gather point to bright patches, in addition to `rays`

@@ -87,7 +87,7 @@ bool GatherPolicy::counts_light(const GatherPath& path) const {
   return path.segment == Segment::secondary || !caustic_queries_;
 }
 
-/// Adds that light. A ray straight from the gather point, or from the end of a short ray, is a sample of direct light
+/// Adds that light. A ray straight from the gather point, or from a secondary gather, is a sample of direct light
 /// there, and is weighted against the light samples.
 template <typename Density>
 void GatherPolicy::add_light(const GatherPath& path, RGB emitted, std::uint32_t source, const Density& density) {

@@ -17,7 +17,7 @@ enum class Segment : std::uint8_t {
   first,            ///< straight from the gather point
   through_panes,    ///< the same after panes, which light samples pass, too
   chain,            ///< after a specular bounce; lights seen through it belong to the caustic map
-  secondary,        ///< from the end of a short ray (secondary gather), through panes or not
+  secondary,        ///< by a secondary gather, through panes or not
   secondary_chain,  ///< after a specular bounce of a secondary ray; lights count only without a caustic map
   to_patch          ///< straight from the gather point to a bright patch
 };

@@ -9,6 +9,7 @@
 #include "gather/final_gather.h"
 #include "maps/image_light.h"
 #include "maps/memory.h"
+#include "photon/material_lobes.h"
 #include "transport/vertex.h"
 
 namespace glowworm {
@@ -219,14 +220,19 @@ class PassRenderer {
   /// bounces, and photons that pass bring the light of those without size.
   bool is_apart() const { return view_.points && !view_.points->on_surfaces; }
 
+  /// Bytes of a query point, whose surface may not be Lambertian.
+  std::uint64_t bytes_per_query() const {
+    return kBytesPerQuery + (may_have_lobes(tracer_.scene(), kGlossy) ? sizeof(QueryBsdf) : 0);
+  }
+
   /// Final gathering in portions: each portion is traced, looked up and completed before the next.
   void gather(const GatherPoints& points) {
     const FinalGatherSettings gather = gather_settings();
     const std::size_t rays_each = gather.rays + (gather.looks_at_patches() ? gather.patch_samples : 0);
     const Reservation rays(budget_, "rays", kBytesPerThread * static_cast<std::uint64_t>(thread_count()));
-    const bool caustics = settings_.secondary_gather && settings_.indirect && !maps_.caustic_engines().empty();
+    const bool caustics = settings_.indirect && !maps_.caustic_engines().empty();
     // The secondary gather looks up both maps.
-    const std::uint64_t bytes_each = kBytesPerQuery * (caustics ? 2 : 1) + (in_media() ? bytes_per_segment() : 0);
+    const std::uint64_t bytes_each = bytes_per_query() * (caustics ? 2 : 1) + (in_media() ? bytes_per_segment() : 0);
     const auto queries_at_once =
         static_cast<std::size_t>(std::min<std::uint64_t>(settings_.queries_at_once, budget_.available() / bytes_each));
     const std::size_t step = std::max<std::size_t>(1, queries_at_once / rays_each);

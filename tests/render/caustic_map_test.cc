@@ -7,6 +7,7 @@
 #include "builtin/builtin.h"
 #include "maps/photon_maps.h"
 #include "render/render_testing.h"
+#include "scene/scene_parts.h"
 
 namespace glowworm {
 namespace {
@@ -74,6 +75,36 @@ TEST(SlowCausticMap, PathsTowardsCausticsLowerTheirNoiseAndKeepTheirLight) {
 TEST(CausticMap, FewPathsAreNotWorthAPilot) {
   const Stage stage(builtin_scene("glass-sphere"));
   EXPECT_EQ(caustic_light(stage, 1, 1000), caustic_light(stage, 1, 0));
+}
+
+/// A lamp without size shines by a mirror onto glossy metal, whose light a diffuse wall gets. No ray from the wall
+/// meets the lamp: photons bring its light to the metal, also where rays gather no second time because they are short.
+TEST(CausticMap, BringsLightToGlossyEndsOfGatherRays) {
+  SceneDescription d;
+  d.materials.resize(3);
+  for (const int metal : {0, 1}) {
+    d.materials[metal].kind = MaterialKind::conductor;
+    d.materials[metal].use_reflectance = true;
+    d.materials[metal].reflectance.value = RGB(1.0f);
+  }
+  d.materials[1].roughness_u.value = d.materials[1].roughness_v.value = 0.2f;
+  add_quad(d, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0);  // a mirror as floor
+  add_quad(d, {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 1);  // glossy, facing +y
+  add_quad(d, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 2);  // diffuse, facing -y
+  Light lamp;
+  lamp.kind = LightKind::spot;
+  lamp.position = {0.5f, 0.5f, 0.2f};
+  lamp.direction = normalize(Vec3{0, -0.4f, -0.2f});
+  lamp.cos_inner = 0.97f;
+  lamp.cos_outer = 0.96f;
+  d.lights.push_back(lamp);
+  d.cameras.push_back(square_view({0.5f, 1, 0.5f}, {0, -1, 0}, 0.2f, 0.8f));
+  const Stage stage(std::move(d));
+  RenderSettings settings = by_photons(16, 16, 16, 200'000, "blocked");
+  const double again = mean(stage.render(settings), true).luminance();
+  settings.secondary_gather = false;
+  EXPECT_GT(again, 0);
+  EXPECT_NEAR(mean(stage.render(settings), true).luminance() / again, 1, 0.02);
 }
 
 }  // namespace
