@@ -124,7 +124,7 @@ SceneDescription mirrored_slab(Medium medium, float depth) {
 }
 
 /// By sensors all over a column of the slab. One seed has a standard deviation of 0.2% of what is reflected where tau
-/// is 1, and of 0.6% where it is 4.
+/// is 1, and of 1.3% where it is 4: photons of the sun start over all of the medium, which reaches beyond the mirrors.
 class SlabsByPhotons : public Slabs {};
 
 TEST_P(SlabsByPhotons, HaveTheirValues) {
@@ -140,7 +140,7 @@ TEST_P(SlabsByPhotons, HaveTheirValues) {
       normals.push_back({0, 0, below ? 1.0f : -1.0f});
     }
   double reflected = 0, passed = 0;
-  const std::uint32_t seeds = of.tau > 1 ? 4 : 1;
+  const std::uint32_t seeds = of.tau > 1 ? 16 : 1;
   RenderSettings settings = by_photons(1, 2, 64, 160'000, "blocked");
   for (settings.seed = 0; settings.seed < seeds; ++settings.seed) {
     const std::vector<double> all = irradiance(stage, settings, positions, normals);
