@@ -175,8 +175,7 @@ def main():
             differences += compare(label, scene, weather, year, folder)
             print(*differences[-2:], sep="\n", flush=True)
     lines = ["# A year of daylight", "Written by `bench/tables_year.py`.", "",
-             f"8,760 hours of 1,000 sensors, 145 patches of the sky; {platform.machine()}, {os.cpu_count()} cores, "
-             "which others shared.", "",
+             f"8,760 hours of 1,000 sensors, 145 patches of the sky; {platform.machine()}, {os.cpu_count()} cores.", "",
              "| scene | s | CPU s | MB |", "| --- | --- | --- | --- |", *times, "",
              f"Against `glowworm measure --integrator path` of {HOURS} hours with more than 100 lx at {SENSORS} sensors, "
              f"{PATHS} paths each. Differences are root mean squares over the sensors of an hour, relative to their "

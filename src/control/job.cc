@@ -325,9 +325,9 @@ bool Job::knows_noise() const {
   // A variance of 16 degrees of freedom is known to a third. Those of few points are known when all batches have
   // samples.
   if (settings_.integrator != Integrator::path) return batches_begun == batches() || degrees >= 16;
-  // Few paths of a sensor may all miss a lobe or a lamp, and then agree. Those of many sensors may miss the same one,
-  // so each sensor takes these paths. The error of few sensors is tested only where their sequences fill space evenly:
-  // it swings between, and its lowest value would end the render.
+  // Few paths may all miss a lobe or a lamp, and then agree; those of many sensors may miss the same one. So each
+  // sensor takes kLeastPaths. The error of few sensors is tested only at powers of two, where their sequences fill
+  // space evenly: at other counts it fluctuates, and a low value by chance would end the render.
   constexpr std::uint32_t kLeastPaths = 256, kManyDegrees = 64;
   return passes >= kLeastPaths && (degrees >= kManyDegrees || std::has_single_bit(passes));
 }

@@ -1,4 +1,4 @@
-// What the light of a path of the path tracer depends on beside the path: its layer, and light that photons bring.
+// State of the path tracer's paths beside PathState: the layer of their light, and places where photons bring more.
 #pragma once
 #include <vector>
 

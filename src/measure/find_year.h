@@ -63,7 +63,7 @@ YearProgress year_part(std::size_t done, std::size_t parts);
 /// Follows the work of a year.
 struct YearWatch {
   std::function<void(Job&, YearProgress)> wait;  ///< waits for the end of a Job; throws its error
-  /// Hears the share of all work that is done, while rays find the rest; exactly 1 at the end. Null: nobody.
+  /// Called with the share of all work that is done, while rays find the rest; exactly 1 at the end. May be null.
   std::function<void(double)> rays;
 };
 

@@ -21,8 +21,8 @@ struct LightSample {
   Vec3 normal;                   ///< of the light there, unit, towards the point; (0,0,0) for a delta
   float offset = 0;              ///< distance from the light at which rays end or start (offset_origin()), metres
   std::uint32_t source = kNone;  ///< counted as in Scene::light_power()
-  /// What the point was chosen by. Transmittances of media are estimated by it, because all samples of a delta have the
-  /// same ray; none: they are integrated.
+  /// The random numbers that chose the point. Estimates of the transmittance of media start from them, because all
+  /// samples of a light without size have the same ray. None: transmittances are integrated.
   std::optional<Vec2> random;
 
   bool is_directional() const { return delta && std::isinf(distance); }

@@ -51,8 +51,9 @@ RGB emission_of_block(const Medium& medium, const Box3& block) {
   return sum * static_cast<float>(1 / halves);
 }
 
-/// By which the light of places far away falls off: the least of the channels that emit, by absorption between
-/// scatterings (Ishimaru, "Wave Propagation and Scattering in Random Media", 1978, chapter 9), at most sigma_t. m^-1
+/// The rate at which light from far away falls off, m^-1: the least of the channels that emit. It is the effective
+/// attenuation coefficient of diffusion theory (Ishimaru, "Wave Propagation and Scattering in Random Media", 1978,
+/// chapter 9), or sigma_t if that is less.
 float falloff(const Medium& medium) {
   float least = std::numeric_limits<float>::infinity();
   for (int c = 0; c < 3; ++c) {
@@ -103,7 +104,7 @@ MediumEmission::MediumEmission(std::uint32_t index, const Medium& medium, const 
     weights.push_back(luminance(part));
   }
   blocks_ = Distribution1D(weights);
-  // From beyond, the ball has the radiance at which the medium emits as much as it absorbs: medium.emission.
+  // From beyond, the ball of an endless medium gets the radiance at which emission and absorption balance.
   for (int c = 0; c < 3; ++c)
     if (medium.sigma_a[c] > 0) power_[c] += medium.emission[c] * (4 * kPi * kPi * radius_ * radius_);
 }

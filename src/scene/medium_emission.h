@@ -19,7 +19,7 @@ class MediumEmission {
 
   std::uint32_t medium() const { return medium_; }
   /// Flux of the box if the medium fills it, W; an estimate for grids. If the medium is endless: flux of the ball
-  /// around the box, and that which enters it from beyond where nothing but the medium is.
+  /// around the box, and the flux that enters the ball if nothing but the medium lies beyond.
   RGB power() const { return power_; }
 
   struct Start {
@@ -35,8 +35,7 @@ class MediumEmission {
  private:
   /// A block of a grid across the box, from 0 to 1; the whole box in a homogeneous medium.
   Box3 block(const Medium& medium, std::uint32_t index) const;
-  /// Half of the places lie in the ball. The others lie beyond: the less light reaches the ball from a distance, the
-  /// fewer places are there.
+  /// Half of the places lie in the ball. The density of the others falls with the distance, as their light does.
   Start sample_endless(const Medium& medium, Vec3 u, Vec2 u_direction) const;
   /// Turns photons that start beyond the ball: half of them towards it, half in any direction.
   /// @param offset of the place from the centre of the ball, metres

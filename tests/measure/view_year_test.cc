@@ -226,16 +226,21 @@ TEST(RateViews, LeavesOtherHoursAlone) {
   EXPECT_EQ(found[0].illuminance[2], 0);
 }
 
-/// A mirror on the ground shows the sun a second time.
-TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
+/// By Schlick's reflectance.
+SceneDescription mirror_on_the_ground(float reflectance) {
   SceneDescription d;
   Material mirror;
   mirror.kind = MaterialKind::conductor;
   mirror.use_reflectance = true;
-  mirror.reflectance.value = RGB(0.8f);
+  mirror.reflectance.value = RGB(reflectance);
   d.materials = {mirror};
   add_quad(d, {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
-  const Scene scene(std::move(d));
+  return d;
+}
+
+/// A mirror on the ground shows the sun a second time.
+TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
+  const Scene scene(mirror_on_the_ground(0.8f));
   const Tracer tracer(scene);
   const Camera eye = fisheye_at({0, 1, 0}, {0, 1, -1});
   constexpr int kPixels = 96;
@@ -248,7 +253,6 @@ TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
   EXPECT_NEAR(suns[0].direction.y, to_sun.y, 1e-4);
   EXPECT_NEAR(suns[1].direction.y, -to_sun.y, 0.01);
   EXPECT_NEAR(std::abs(suns[1].direction.x), 0.1, 0.01);
-  // Schlick's reflectance.
   const double passed = 0.8 + 0.2 * std::pow(1 - double{to_sun.y}, 5);
   EXPECT_NEAR(suns[1].luminance / suns[0].luminance, passed, 0.01);
   EXPECT_NEAR(suns[1].solid_angle / suns[0].solid_angle, 1, 0.1);
@@ -257,13 +261,7 @@ TEST(SkyRays, MirrorsShowTheSunAtItsPlace) {
 /// A layer of absorbing air weakens the sun, twice as much on the way by a mirror on the ground.
 TEST(SkyRays, ShowTheSunThroughMedia) {
   const auto suns_in = [](float absorption) {
-    SceneDescription d;
-    Material mirror;
-    mirror.kind = MaterialKind::conductor;
-    mirror.use_reflectance = true;
-    mirror.reflectance.value = RGB(1.0f);
-    d.materials = {mirror};
-    add_quad(d, {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
+    SceneDescription d = mirror_on_the_ground(1);
     Medium air;
     air.sigma_a = RGB(absorption);
     air.bounds = Box3{{-100, -1, -100}, {100, 3, 100}};

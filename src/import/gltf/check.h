@@ -20,7 +20,7 @@ void check_gltf_json(const nlohmann::json& root, const std::string& path);
 
 /// A value that is an integer >= 0. Throws Error for any other. @param where its name for messages
 std::size_t unsigned_value(const nlohmann::json& value, const std::string& where, const std::string& path);
-/// A member that is one, or `otherwise` if it is absent. Throws Error for any other value.
+/// A member that is an integer >= 0, or `otherwise` if it is absent. Throws Error for any other value.
 /// @param where name of the object for messages: "bufferViews[3]"
 std::size_t unsigned_member(const nlohmann::json& object, const char* key, std::size_t otherwise,
                             const std::string& where, const std::string& path);
