@@ -39,6 +39,8 @@ TEST(PbrtMedia, HomogeneousMediaHaveTheirCoefficients) {
   expect_color(m.sigma_a, {8, 10, 12});
   expect_color(m.emission, {3, 6, 3});
   EXPECT_EQ(m.g, 0.5f);
+  expect_color(medium("\"rgb Le\" [1 2 1] \"float LeScale\" 3").emission / medium("\"rgb Le\" [1 2 1]").emission,
+               RGB(3.0f));
   EXPECT_FALSE(m.bounds || m.grid);
   expect_color(medium("\"string preset\" \"Ketchup\" \"float scale\" 10").sigma_s, {1.8f, 0.7f, 0.3f});
   expect_color(medium("").sigma_s, {2.55f, 3.21f, 3.77f});
@@ -85,8 +87,10 @@ TEST(PbrtMedia, TemperaturesEmitAsBlackBodies) {
   const auto at = [](const Medium& medium, float x) { return medium_point(medium, {x, 0.5f, 0.5f}).emission; };
   EXPECT_TRUE(is_black(at(m, 1 / 6.0f)));
   EXPECT_GT(at(m, 0.5f).r, at(m, 0.5f).b);
-  // The spectrum of 6000 K is 1 at its peak, which is visible.
-  EXPECT_NEAR(luminance(at(m, 5 / 6.0f)), 0.98f, 0.04f);
+  // The spectrum of 6000 K is 1 at its peak, which is visible; a spectrum of 1 everywhere has the luminance 106.857,
+  // the integral of the CIE 1931 function y (pbrt-v4's CIE_Y_integral).
+  EXPECT_NEAR(luminance(at(m, 5 / 6.0f)), 0.98f * 106.857f, 0.04f * 106.857f);
+  expect_color(at(medium(grid + "\"float Lescale\" [1 1 2]"), 5 / 6.0f), at(m, 5 / 6.0f) * 2.0f);
   const Medium shifted = medium(grid + "\"float temperatureoffset\" 1000 \"float temperaturescale\" 2");
   EXPECT_TRUE(is_black(at(shifted, 0.5f)));
   const RGB hot = at(m, 5 / 6.0f), hotter = at(shifted, 5 / 6.0f);  // 6000 K, 10,000 K
@@ -100,7 +104,9 @@ TEST(PbrtMedia, GridsOfColors) {
   expect_color(medium_point(m, {0.25f, 0.5f, 0.5f}).sigma_s, {2, 4, 6});
   expect_color(medium_point(m, {0.75f, 0.5f, 0.5f}).sigma_s, {8, 10, 12});
   expect_color(medium_point(m, {0.75f, 0.5f, 0.5f}).sigma_a, RGB(2.0f));
-  expect_color(medium_point(m, {0.75f, 0.5f, 0.5f}).emission, {4, 0, 0});
+  const RGB emission = medium_point(m, {0.75f, 0.5f, 0.5f}).emission;
+  EXPECT_NEAR(emission.r, 4 * 106.857f, 0.02f) << "pbrt-v4 does not scale these to luminance 1";
+  EXPECT_EQ(emission.g, 0);
 }
 
 TEST(PbrtMedia, CloudsAreDenserBelowThanAbove) {

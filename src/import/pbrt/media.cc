@@ -84,8 +84,14 @@ class MediumBuilder {
     medium_.sigma_s *= scale;
   }
 
+  /// The factor on emission. Old files for pbrt-v4 name it LeScale.
+  float emission_scale() { return parameters_.real("Lescale", parameters_.real("LeScale", 1)); }
+  /// The luminance that pbrt-v4's pictures give emission of 1 by temperatures and by grids of colours. It scales the
+  /// spectra of lights, and of Le elsewhere, to luminance 1, but not these (pbrt-v4, media.cpp and film.h).
+  static RGB unscaled_emission() { return RGB(static_cast<float>(luminance_of_constant_spectrum())); }
+
   void homogeneous() {
-    medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f)) * parameters_.real("Lescale", 1);
+    medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f)) * emission_scale();
     coefficients(*find_medium_preset("Wholemilk"));  // the default of pbrt
   }
 
@@ -128,7 +134,8 @@ class MediumBuilder {
     bounds(grid);
     grid.density = numbers("density");
     coefficients(context_.v3 ? *find_medium_preset("Wholemilk") : kOne);
-    const std::vector<float> scales = numbers("Lescale"), temperatures = numbers("temperature");
+    const std::vector<float> scales = numbers(parameters_.find("Lescale") ? "Lescale" : "LeScale"),
+                             temperatures = numbers("temperature");
     if (grid.density.empty() && temperatures.empty())
       return parameters_.error("a grid without density", "Give \"float density\", one value for each cell.");
     medium_.emission = color("Le", PbrtColorUse::illuminant, RGB(0.0f));
@@ -136,7 +143,7 @@ class MediumBuilder {
       for (const float scale : scales) grid.emission.emplace_back(scale);
       if (!temperatures.empty()) parameters_.error("a medium has both Le and temperature", "Give one of them.");
     } else if (!temperatures.empty()) {
-      medium_.emission = RGB(1.0f);
+      medium_.emission = unscaled_emission();
       black_bodies(temperatures, scales, grid.emission);
     }
     finish(std::move(grid));
@@ -147,6 +154,8 @@ class MediumBuilder {
     constexpr float kLeast = 100, kMost = 1e7f;  // K: pbrt-v4 shows nothing colder
     const float offset = parameters_.real("temperatureoffset", parameters_.real("temperaturecutoff", 0));
     const float factor = parameters_.real("temperaturescale", 1);
+    if (!temperatures.empty())
+      parameters_.note("between cells, colours are interpolated in place of temperatures: medium with temperatures");
     for (std::size_t i = 0; i < temperatures.size(); ++i) {
       const float kelvin = (temperatures[i] - offset) * factor;
       const float scale = i < scales.size() ? scales[i] : 1;
@@ -170,7 +179,7 @@ class MediumBuilder {
       return parameters_.error("a grid without coefficients", "Give \"rgb sigma_a\" or sigma_s for each cell.");
     medium_.sigma_a = medium_.sigma_s = RGB(1.0f);
     scale();
-    medium_.emission = grid.emission.empty() ? RGB(0.0f) : RGB(parameters_.real("Lescale", 1));
+    medium_.emission = grid.emission.empty() ? RGB(0.0f) : unscaled_emission() * emission_scale();
     finish(std::move(grid));
   }
 
@@ -217,7 +226,7 @@ class MediumBuilder {
   /// Emission by the temperatures of a file, at the cells of its density.
   void file_temperatures(const std::string& path, const VoxelGrid& density, MediumGridValues& grid) {
     const std::string name = parameters_.string("temperaturename", "temperature");
-    const float scale = parameters_.real("Lescale", 1);
+    const float scale = emission_scale();
     if (!has_voxel_grid(path, name, *context_.budget)) return black_bodies({}, {}, grid.emission);
     const VoxelGrid read = read_voxel_grid(path, name, *context_.budget);
     const TransformDouble map = inverse(read.to_world) * density.to_world;
@@ -227,7 +236,7 @@ class MediumBuilder {
       for (int y = 0; y < grid.size[1]; ++y)
         for (int x = 0; x < grid.size[0]; ++x)
           kelvin.push_back(read.at(map.point(Vec3d(x + density.first[0], y + density.first[1], z + density.first[2]))));
-    medium_.emission = RGB(scale);
+    medium_.emission = unscaled_emission() * scale;
     black_bodies(kelvin, {}, grid.emission);
   }
 

@@ -116,6 +116,8 @@ RGB emission_rgb(const SampledSpectrum& spectrum) {
   return scaled_rgb(tristimulus([&](int i) { return spectrum.at(matching_wavelength(i)); }), matching_sum());
 }
 
+double luminance_of_constant_spectrum() { return matching_sum() * kMatchingStep; }
+
 RGB reflectance_rgb(const SampledSpectrum& spectrum) {
   return clamp(under_daylight([&](double wavelength) { return spectrum.at(wavelength); }), 0.0f, 1.0f);
 }

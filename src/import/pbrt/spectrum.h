@@ -22,13 +22,18 @@ RGB rgb_from_xyz(double x, double y, double z);
 
 /// Colour of a black body, scaled to luminance 1 (Planck's law). @param kelvin > 0
 RGB blackbody_rgb(double kelvin);
-/// Colour of a black body, scaled as in pbrt-v3: its spectrum is 1 at its peak, visible or not. @param kelvin > 0
+/// Colour of a black body, scaled as in pbrt-v3: its spectrum is 1 at its peak, visible or not, and a constant spectrum
+/// of 1 has luminance 1. @param kelvin > 0
 RGB blackbody_rgb_of_peak(double kelvin);
 
 /// Colour of a light's spectrum, scaled to luminance 1 as in pbrt-v4; black for a dark spectrum.
 RGB illuminant_rgb(const SampledSpectrum& spectrum);
 /// Colour of a light's spectrum, scaled as in pbrt-v3: a constant spectrum of 1 has luminance 1.
 RGB emission_rgb(const SampledSpectrum& spectrum);
+
+/// Integral of the CIE 1931 function y over wavelengths, nm: the luminance that pbrt-v4 gives a constant spectrum of 1
+/// where it does not scale spectra to luminance 1.
+double luminance_of_constant_spectrum();
 
 /// Colour of a reflectance under D65, clamped to [0, 1]. A constant spectrum of 1 gives white (1, 1, 1).
 RGB reflectance_rgb(const SampledSpectrum& spectrum);
