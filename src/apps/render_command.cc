@@ -98,7 +98,7 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, motion, ranks);
   if (motion && motion->slice_count() > 0) {
     Sequence sequence = sequence_of(o, opened, motion);
-    if (sequence.moments(0).front().slice > 0) return render_blurred(o, opened, sequence, files, tev);
+    if (sequence.moments(0).front().slice > 0) return render_blurred(o, opened, sequence, files, tev, ranks);
   }
   return render_picture(o, opened, files, tev, ranks);
 }

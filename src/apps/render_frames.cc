@@ -5,17 +5,24 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
+#include "control/scheduler.h"
+#include "core/disk_memory.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/parallel.h"
 #include "film/checkpoint.h"
+#include "film/part.h"
 #include "session/command_text.h"
 #include "settings/settings.h"
+#include "share/crew.h"
 
 namespace glowworm {
 
@@ -68,175 +75,299 @@ std::size_t slice_to_resume(const std::string& file, const std::vector<RenderSet
   return i;
 }
 
-/// Learns what moments with the light of the first one are guided by, in the scene at that moment: once, and only where
-/// more than the camera moves.
-int learn_guides(RenderOptions o, Opened& shown, Sequence& sequence, OutputFiles& files, TevStream& tev, Kept& kept) {
-  const bool learns = sequence.changes() && o.settings.integrator != Integrator::path;
-  if (!learns || kept.guides || !sequence.starts_lit()) return 0;
-  const LitScene& lit = sequence.scene_at({0, 0});
-  shown.scene = lit.scene;
-  shown.tracer = lit.tracer;
-  sequence.set_moment({0, 0}, o.settings);
-  o.settings.only_maps = true;
-  o.resume.clear();
-  const int status = render_picture(o, shown, files, tev, nullptr, &kept, Purpose::maps);
-  shown.load_s = shown.build_s = 0;
-  if (status == 0) kept.guides = *kept.maps;
-  return status;
+/// Takes memory from a render. Throws Error if there is too little.
+void set_aside(RenderSettings& settings, std::uint64_t bytes, const char* what) {
+  if (bytes >= settings.memory_bytes)
+    throw Error(fmt::format("{} does not fit into memory", what), "Give a larger --memory.", ErrorCode::memory);
+  settings.memory_bytes -= bytes;
 }
 
-/// Makes what is kept fit another scene than that of the job before.
-/// @param begins whether the job is the first of its picture
-void change_scene(const LitScene& lit, bool begins, Kept& kept) {
-  const bool is_guided = lit.as_at_first && kept.guides;
-  if (begins && !is_guided) kept.maps.reset();
-  if (!kept.maps) return;
-  JobGuides learned = is_guided ? *kept.guides : JobGuides();
-  if (!begins) {
-    learned.numbers = kept.maps->numbers;
-    learned.photon_variance = kept.maps->photon_variance;
+/// Divides pieces (SharedWork::divide()) until Ctrl-C, which leaves none half done. Returns whether all are done.
+bool divide_until_interrupt(SharedWork& sharers, const char* name, std::size_t count, const SharedWork::Make& make,
+                            const SharedWork::Take& take) {
+  const Interrupt never;
+  const CancellationScope scope(signal_interrupt());
+  try {
+    const auto make_whole = [&](std::size_t piece) {
+      const CancellationScope whole(never);
+      return make(piece);
+    };
+    const auto take_whole = [&](std::size_t piece, std::span<const std::byte> bytes) {
+      const CancellationScope whole(never);
+      take(piece, bytes);
+    };
+    sharers.divide(name, count, make_whole, take_whole);
+    return true;
+  } catch (const Cancelled&) {
+    return false;
   }
-  kept.maps->change_scene(std::move(learned));
-}
-
-/// Renders one frame, or one picture with motion blur: each slice of time adds its samples to the film.
-/// @param o of the frame @param shown the scene that `kept` is of, and then the last one
-/// @param purpose of the frame: picture or light
-int render_moments(RenderOptions o, Opened& shown, Sequence& sequence, std::uint32_t number, OutputFiles& files,
-                   TevStream& tev, Kept& kept, Purpose purpose = Purpose::picture) {
-  const std::vector<FrameMoment> moments = sequence.moments(number);
-  const RenderSettings settings = o.settings, resolved = resolve(settings, *shown.scene);
-  if (moments.front().slice > 0 && !settings.part.is_all())
-    o.key = key_of_slices(o, sequence, moments.front(), settings);
-  std::vector<RenderSettings> each, ranges;
-  std::vector<FrameMoment> rendered;
-  for (const FrameMoment moment : moments) {
-    RenderSettings own = settings;
-    sequence.set_moment(moment, own);
-    ranges.push_back(resolved);
-    ranges.back().slice = own.slice;
-    // A part of the render may have no samples of it.
-    if (ranges.back().slice_range().count() > 0) {
-      each.push_back(own);
-      rendered.push_back(moment);
-    } else {
-      ranges.pop_back();
-    }
-  }
-  shown.start = Clock::now();
-  const std::size_t first = slice_to_resume(o.resume, ranges);
-  if (const int status = learn_guides(o, shown, sequence, files, tev, kept); status != 0) return status;
-  for (std::size_t i = first; i < rendered.size(); ++i) {
-    const LitScene& lit = sequence.scene_at(rendered[i]);
-    if (shown.scene != lit.scene) {
-      change_scene(lit, i == first, kept);
-      shown.scene = lit.scene;
-      shown.tracer = lit.tracer;
-    }
-    o.settings = each[i];
-    const bool goes_on = i + 1 < rendered.size();
-    const Purpose now = goes_on ? Purpose::slice : purpose;
-    if (const int status = render_picture(o, shown, files, tev, nullptr, &kept, now); status != 0) return status;
-    shown.load_s = shown.build_s = 0;
-    // The errors of photons of several moments average.
-    if (i == first && goes_on && each[i].photon_stream > 0)
-      *kept.maps->photon_variance /= static_cast<double>(rendered.size());
-  }
-  // The mean over the moments of this frame is not the variance of the next.
-  if (kept.maps && rendered.size() > 1 && each.front().photon_stream > 0) kept.maps->photon_variance.reset();
-  return 0;
 }
 
 /// Light of frames by their numbers.
 using FrameLights = std::map<std::uint32_t, std::shared_ptr<const FrameLight>>;
 
-/// Renders a frame, or one picture with motion blur. If that shall end by noise or time, tries find the samples.
-int render_frame(RenderOptions o, Opened& shown, Sequence& sequence, std::uint32_t number, OutputFiles& files,
-                 TevStream& tev, Kept& kept) {
-  RenderSettings& s = o.settings;
-  const bool open_ended = s.noise_target > 0 || s.time_limit_s > 0;
-  if (!open_ended || sequence.moments(number).front().slice == 0)
-    return render_moments(o, shown, sequence, number, files, tev, kept);
-  kept.goal =
-      BlurGoal{s.noise_target, s.time_limit_s, Clock::now(), {}, 0, s.samples > 0 ? s.samples : Film::kMaxSamples};
-  s.photon_target = resolve(s, *shown.scene).photon_target;
-  s.noise_target = s.time_limit_s = 0;
-  s.samples = std::min(kept.goal->most, kMostSlices);
-  int status = 0;
-  do {
-    kept.goal->samples = s.samples;
-    kept.goal->begun = Clock::now();
-    status = render_moments(o, shown, sequence, number, files, tev, kept);
-    s.samples = kept.goal->next;
-  } while (status == 0 && kept.goal->next > 0);
-  kept.goal.reset();
-  return status;
-}
+/// Renders frames, or one picture with motion blur. Those in the same light share their photons and guides.
+class FrameRenderer {
+ public:
+  /// @param opened the scene to begin with @param helps whether another rank has the pictures
+  FrameRenderer(const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev, bool helps)
+      : sequence_(sequence), files_(files), tev_(tev), shown_(opened), helps_(helps) {}
 
-/// Finds the light that a frame uses again, and renders what is missing of it.
-/// @param lights of earlier frames, and then also of those @param o of the frame
-int find_earlier_light(RenderOptions& o, Opened& shown, Sequence& sequence, std::uint32_t number, OutputFiles& files,
-                       TevStream& tev, Kept& kept, FrameLights& lights) {
-  const std::uint32_t first = number - std::min(number, o.sequence.reuse);
-  std::erase_if(lights, [&](const auto& entry) { return entry.first < first || entry.first >= number; });
-  std::vector<std::shared_ptr<const FrameLight>> earlier;
-  for (std::uint32_t before = first; before < number; ++before) {
-    if (!sequence.shares_light(number, before)) continue;
-    if (!lights.contains(before)) {
-      detail(fmt::format("frame {} is rendered for its light", before));
-      const int status = render_moments(o, shown, sequence, before, files, tev, kept, Purpose::light);
+  /// Renders a frame, or one picture with motion blur. If that shall end by noise or time, tries find the samples.
+  /// Returns the exit status. @param o of the frame
+  /// @param sharers divide the slices of time of one picture; null: none
+  int render_frame(RenderOptions o, std::uint32_t number, SharedWork* sharers = nullptr) {
+    RenderSettings& s = o.settings;
+    const bool open_ended = s.noise_target > 0 || s.time_limit_s > 0;
+    if (!open_ended || sequence_.moments(number).front().slice == 0)
+      return render_moments(o, number, Purpose::picture, sharers);
+    kept_.goal =
+        BlurGoal{s.noise_target, s.time_limit_s, Clock::now(), {}, 0, s.samples > 0 ? s.samples : Film::kMaxSamples};
+    s.photon_target = resolve(s, *shown_.scene).photon_target;
+    s.noise_target = s.time_limit_s = 0;
+    s.samples = std::min(kept_.goal->most, kMostSlices);
+    int status = 0;
+    do {
+      kept_.goal->samples = s.samples;
+      kept_.goal->begun = Clock::now();
+      status = render_moments(o, number, Purpose::picture);
+      s.samples = kept_.goal->next;
+    } while (status == 0 && kept_.goal->next > 0);
+    kept_.goal.reset();
+    return status;
+  }
+
+  /// Renders some of the frames, those that are there already apart. Returns the exit status.
+  /// @param all frames that are rendered, here or by others
+  int render_frames(const RenderOptions& o, std::span<const std::uint32_t> numbers,
+                    const std::vector<std::uint32_t>& all) {
+    for (const std::uint32_t number : numbers) {
+      RenderOptions frame = options_of_frame(o, number);
+      if (is_done(frame)) {
+        inform(fmt::format("frame {} exists, and is not rendered again", number));
+        continue;
+      }
+      const auto place = std::find(all.begin(), all.end(), number) - all.begin();
+      inform(fmt::format("frame {} ({} of {})", number, place + 1, all.size()));
+      int status = find_earlier_light(frame, number);
+      if (status == 0) status = render_frame(frame, number);
       if (status != 0) return status;
-      lights[before] = kept.light;
+      if (o.sequence.reuse > 0) lights_[number] = kept_.light;
     }
-    earlier.push_back(lights[before]);
+    return 0;
   }
-  o.earlier = std::move(earlier);
-  return 0;
-}
 
-/// Takes the memory of the light of earlier frames from each frame's.
-void reserve_light(RenderOptions& o, const Scene& scene, const std::vector<std::uint32_t>& numbers) {
-  if (o.sequence.reuse == 0 || numbers.empty()) return;
-  // One more for the frame itself.
-  const std::uint64_t frames = std::min(o.sequence.reuse, numbers.back()) + 1;
-  const std::uint64_t bytes = frames * kFrameLightBytes * resolve(o.settings, scene).bounds.pixel_count();
-  if (bytes >= o.settings.memory_bytes)
-    throw Error("the light of --reuse does not fit into memory", "Give fewer frames, or a larger --memory.",
-                ErrorCode::memory);
-  o.settings.memory_bytes -= bytes;
-}
+ private:
+  /// What is rendered of a frame.
+  struct Moments {
+    std::vector<FrameMoment> rendered;       ///< the frame's own, or those of slices of time
+    std::vector<RenderSettings> each;        ///< settings of these
+    std::vector<RenderSettings> of_samples;  ///< resolved settings of the frame, with these slices
+  };
 
-/// Renders frames, those that are there already apart. Frames in the same light share their photons and guides.
-int render_frames(RenderOptions& o, const Opened& opened, Sequence& sequence, const std::vector<std::uint32_t>& numbers,
-                  OutputFiles& files, TevStream& tev) {
-  Kept kept;
-  FrameLights lights;
-  Opened shown = opened;
-  reserve_light(o, *opened.scene, numbers);
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    RenderOptions frame = options_of_frame(o, numbers[i]);
-    if (is_done(frame)) {
-      inform(fmt::format("frame {} exists, and is not rendered again", numbers[i]));
-      continue;
+  int render(const RenderOptions& o, Purpose purpose) {
+    const int status = render_picture(o, shown_, files_, tev_, nullptr, &kept_, purpose);
+    shown_.load_s = shown_.build_s = 0;
+    return status;
+  }
+
+  /// Learns what moments with the light of the first one are guided by, in the scene at that moment: once, and only
+  /// where more than the camera moves.
+  int learn_guides(RenderOptions o) {
+    const bool learns = sequence_.changes() && o.settings.integrator != Integrator::path;
+    if (!learns || kept_.guides || !sequence_.starts_lit()) return 0;
+    const LitScene& lit = sequence_.scene_at({0, 0});
+    shown_.scene = lit.scene;
+    shown_.tracer = lit.tracer;
+    sequence_.set_moment({0, 0}, o.settings);
+    o.settings.only_maps = true;
+    o.resume.clear();
+    const int status = render(o, Purpose::maps);
+    if (status == 0) kept_.guides = *kept_.maps;
+    return status;
+  }
+
+  /// Shows a moment; makes what is kept fit another scene than that of the job before.
+  /// @param begins whether the job is the first of its picture
+  void show(FrameMoment moment, bool begins) {
+    const LitScene& lit = sequence_.scene_at(moment);
+    if (shown_.scene == lit.scene) return;
+    shown_.scene = lit.scene;
+    shown_.tracer = lit.tracer;
+    const bool is_guided = lit.as_at_first && kept_.guides;
+    if (begins && !is_guided) kept_.maps.reset();
+    if (!kept_.maps) return;
+    JobGuides learned = is_guided ? *kept_.guides : JobGuides();
+    if (!begins) {
+      learned.numbers = kept_.maps->numbers;
+      learned.photon_variance = kept_.maps->photon_variance;
     }
-    inform(fmt::format("frame {} ({} of {})", numbers[i], i + 1, numbers.size()));
-    const std::uint32_t number = numbers[i];
-    int status = find_earlier_light(frame, shown, sequence, number, files, tev, kept, lights);
-    if (status == 0) status = render_frame(frame, shown, sequence, number, files, tev, kept);
-    if (status != 0) return status;
-    if (o.sequence.reuse > 0) lights[number] = kept.light;
+    kept_.maps->change_scene(std::move(learned));
   }
-  return 0;
-}
+
+  /// The moments of a frame that have samples. @param o its key is set for a part of a picture with motion blur
+  Moments moments_of(RenderOptions& o, std::uint32_t number) {
+    const std::vector<FrameMoment> all = sequence_.moments(number);
+    const RenderSettings resolved = resolve(o.settings, *shown_.scene);
+    if (all.front().slice > 0 && !o.settings.part.is_all())
+      o.key = key_of_slices(o, sequence_, all.front(), o.settings);
+    Moments out;
+    for (const FrameMoment moment : all) {
+      RenderSettings own = o.settings, of_samples = resolved;
+      sequence_.set_moment(moment, own);
+      of_samples.slice = own.slice;
+      // A part of the render may have no samples of it.
+      if (of_samples.slice_range().count() == 0) continue;
+      out.rendered.push_back(moment);
+      out.each.push_back(own);
+      out.of_samples.push_back(of_samples);
+    }
+    return out;
+  }
+
+  /// Renders one frame, or one picture with motion blur: each slice of time adds its samples to the film.
+  /// @param o of the frame @param purpose of the frame: picture or light
+  int render_moments(RenderOptions o, std::uint32_t number, Purpose purpose, SharedWork* sharers = nullptr) {
+    const Moments moments = moments_of(o, number);
+    const std::size_t count = moments.rendered.size();
+    shown_.start = Clock::now();
+    std::size_t first = slice_to_resume(o.resume, moments.of_samples);
+    if (const int status = learn_guides(o); status != 0) return status;
+    // If all slices are done, the last job has no samples to take, and finishes the picture.
+    if (sharers) first = std::min(share_moments(o, moments, *sharers), count - 1);
+    if (sharers && helps_) return 0;
+    for (std::size_t i = first; i < count; ++i) {
+      show(moments.rendered[i], i == first && !sharers);
+      o.settings = moments.each[i];
+      const bool goes_on = i + 1 < count;
+      if (const int status = render(o, goes_on ? Purpose::slice : purpose); status != 0) return status;
+      // The errors of photons of several moments average.
+      if (i == first && goes_on && !sharers && moments.each[i].photon_stream > 0)
+        *kept_.maps->photon_variance /= static_cast<double>(count);
+    }
+    // The mean over the moments of this frame is not the variance of the next.
+    if (kept_.maps && count > 1 && moments.each.front().photon_stream > 0) kept_.maps->photon_variance.reset();
+    return 0;
+  }
+
+  /// Divides the samples of all slices of time among ranks; rank 0 keeps them for the next job. Returns the first slice
+  /// that is not whole, if Ctrl-C ends the work before.
+  std::size_t share_moments(RenderOptions o, const Moments& moments, SharedWork& sharers) {
+    const RenderSettings& s = moments.of_samples.front();
+    const std::uint64_t bytes =
+        Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
+    const std::unique_ptr<DiskMemory> disk = DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes / 3);
+    // Films of several samples hold all ids of their pixels only if they have few samples.
+    const std::uint32_t slices = moments.each.front().slice.count;
+    const std::uint64_t most = std::uint64_t{slices} * most_shared_samples(s);
+    const auto pieces_each = static_cast<std::uint32_t>((s.samples + most - 1) / most);
+    const auto part_of = [&](std::size_t piece) {
+      const std::uint32_t slice = moments.each[piece / pieces_each].slice.index;
+      return SampleShare{(slice - 1) * pieces_each + static_cast<std::uint32_t>(piece % pieces_each) + 1,
+                         slices * pieces_each};
+    };
+    std::optional<Film> sum;
+    std::size_t added = 0;
+    bool begins = true;
+    o.preview = false;
+    const auto make = [&](std::size_t piece) {
+      const std::size_t i = piece / pieces_each;
+      show(moments.rendered[i], std::exchange(begins, false));
+      o.settings = moments.each[i];
+      o.settings.part = part_of(piece);
+      if (!disk) set_aside(o.settings, bytes, "the film of all slices of time");
+      render(o, Purpose::share);
+      const Film film = *std::exchange(kept_.maps->rows, std::nullopt);
+      if (piece == 0) {  // rank 0 makes it
+        const DiskMemory::Scope scope(disk.get());
+        sum = film.like(film.bounds());
+        if (o.settings.photon_stream > 0) *kept_.maps->photon_variance /= static_cast<double>(moments.rendered.size());
+      }
+      return packed_film(film);
+    };
+    const auto take = [&](std::size_t piece, std::span<const std::byte> film) {
+      const PixelBounds& all = sum->bounds();
+      RenderSettings part = s;
+      part.part = part_of(piece);
+      unpack_film(film, {all.x0, all.y0, all.x1, all.y1, 0, part.sample_range().end}, *sum);
+      ++added;
+    };
+    divide_until_interrupt(sharers, "slices", moments.rendered.size() * pieces_each, make, take);
+    if (sum) kept_.maps->rows = std::move(sum);
+    return added / pieces_each;
+  }
+
+  /// Finds the light that a frame uses again, and renders what is missing of it.
+  /// @param o of the frame
+  int find_earlier_light(RenderOptions& o, std::uint32_t number) {
+    const std::uint32_t first = number - std::min(number, o.sequence.reuse);
+    std::erase_if(lights_, [&](const auto& entry) { return entry.first < first || entry.first >= number; });
+    std::vector<std::shared_ptr<const FrameLight>> earlier;
+    for (std::uint32_t before = first; before < number; ++before) {
+      if (!sequence_.shares_light(number, before)) continue;
+      if (!lights_.contains(before)) {
+        detail(fmt::format("frame {} is rendered for its light", before));
+        if (const int status = render_moments(o, before, Purpose::light); status != 0) return status;
+        lights_[before] = kept_.light;
+      }
+      earlier.push_back(lights_[before]);
+    }
+    o.earlier = std::move(earlier);
+    return 0;
+  }
+
+  Sequence& sequence_;
+  OutputFiles& files_;
+  TevStream& tev_;
+  Opened shown_;  // the scene that kept_ is of
+  bool helps_;
+  Kept kept_;
+  FrameLights lights_;
+};
 
 /// Why a picture, or the frames, cannot have motion blur; "" if they can.
 std::string reason_against_blur(const RenderOptions& o, bool has_ranks) {
-  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0;
-  if (open_ended && (o.resumes || !(o.settings.part.is_all() || o.sequence.is_given())))
-    return "--time and --noise find the number of samples by tries, so they do not go with --resume or --part";
-  if (has_ranks && !o.sequence.is_given())
-    return "ranks divide the frames of a sequence, but not one picture; --part I/N and 'glowworm merge' do";
+  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0, is_frames = o.sequence.is_given();
+  const bool is_part = !is_frames && !o.settings.part.is_all(), by_ranks = !is_frames && has_ranks;
+  if (open_ended && (o.resumes || is_part || by_ranks))
+    return "--time and --noise find the number of samples by tries, so they do not go with --resume, --part or ranks";
+  if (by_ranks && (o.resumes || is_part))
+    return "ranks divide the slices of time, so they do not go with --resume or --part";
   return "";
+}
+
+/// Divides work among ranks, if there are some. Returns the exit status.
+/// @param settings that all ranks must have
+int by_ranks(const std::shared_ptr<Ranks>& ranks, const Scene& scene, const RenderSettings& settings,
+             const std::function<int(SharedWork*)>& work) {
+  if (!ranks) return work(nullptr);
+  const RenderKey key = render_key(scene, resolve(settings, scene));
+  if (ranks->rank() > 0) {
+    RankWorker worker(ranks);
+    worker.introduce(key);
+    return work(&worker);
+  }
+  Crew crew(ranks);
+  crew.check(key);
+  const int status = work(&crew);
+  dismiss_ranks(crew, *ranks, status);
+  return status;
+}
+
+/// Renders the frames, or divides them. Returns the exit status.
+int share_frames(const RenderOptions& o, FrameRenderer& renderer, const std::vector<std::uint32_t>& numbers,
+                 int rank_count, SharedWork* sharers) {
+  if (!sharers) return renderer.render_frames(o, numbers, numbers);
+  const std::size_t pieces = o.sequence.reuse > 0 ? static_cast<std::size_t>(rank_count) : numbers.size();
+  const auto make = [&](std::size_t piece) {
+    const int status = renderer.render_frames(o, share_of(numbers, piece, pieces, true), numbers);
+    if (caught_interrupt()) throw Cancelled();
+    if (status != 0) throw Error("a frame has no picture");
+    return std::vector<std::byte>();
+  };
+  const bool all =
+      divide_until_interrupt(*sharers, "frames", pieces, make, [](std::size_t, std::span<const std::byte>) {});
+  return all ? 0 : kExitSignalled + caught_interrupt();
 }
 
 }  // namespace
@@ -262,11 +393,11 @@ Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_p
   return Sequence(o.sequence, opened.scene, opened.tracer, o.settings, motion, open_at);
 }
 
-int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files,
-                   TevStream& tev) {
-  Kept kept;
-  Opened shown = opened;
-  return render_frame(o, shown, sequence, 0, files, tev, kept);
+int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev,
+                   const std::shared_ptr<Ranks>& ranks) {
+  return by_ranks(ranks, *opened.scene, o.settings, [&](SharedWork* sharers) {
+    return FrameRenderer(opened, sequence, files, tev, ranks && ranks->rank() > 0).render_frame(o, 0, sharers);
+  });
 }
 
 int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
@@ -283,20 +414,16 @@ int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, 
   const bool any_png = std::any_of(o.outputs.begin(), o.outputs.end(),
                                    [](const Output& output) { return output.format == OutputFormat::png; });
   if (any_png && !o.picture.exposure) o.picture.exposure = sequence.exposure(o.settings);
-  const std::vector<std::uint32_t> own = ranks
-                                             ? share_of(numbers, static_cast<std::size_t>(ranks->rank()),
-                                                        static_cast<std::size_t>(ranks->count()), o.sequence.reuse > 0)
-                                             : numbers;
-  int status = render_frames(o, opened, sequence, own, files, tev);
-  if (helps) {
-    report_end(*ranks);
-    return status;
+  if (o.sequence.reuse > 0 && !numbers.empty()) {
+    // One more for the frame itself.
+    const std::uint64_t frames = std::min(o.sequence.reuse, numbers.back()) + 1;
+    const std::size_t pixels = resolve(o.settings, *opened.scene).bounds.pixel_count();
+    set_aside(o.settings, frames * kFrameLightBytes * pixels, "the light of --reuse");
   }
-  if (ranks)
-    for (const std::string& failure : wait_for_ends(*ranks, [] { return caught_interrupt() != 0; })) {
-      warn(failure);
-      status = std::max(status, 1);
-    }
+  FrameRenderer renderer(opened, sequence, files, tev, helps);
+  const int status = by_ranks(ranks, *opened.scene, o.settings, [&](SharedWork* sharers) {
+    return share_frames(o, renderer, numbers, ranks ? ranks->count() : 1, sharers);
+  });
   if (movie && status == 0) {
     movie->write(numbers);
     inform(fmt::format("wrote {}", movie->path()));

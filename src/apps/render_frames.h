@@ -18,11 +18,11 @@ void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks);
 /// The frames of the options, or the one picture with motion blur.
 Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion);
 
-/// Renders one picture with motion blur, and returns the exit status.
-int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files,
-                   TevStream& tev);
+/// Renders one picture with motion blur, and returns the exit status. @param ranks share the work; null: none
+int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev,
+                   const std::shared_ptr<Ranks>& ranks);
 
-/// Renders a sequence: all of it, a part, or by ranks that render a share each. Returns the exit status.
+/// Renders a sequence: all of it, a part, or by ranks. Returns the exit status.
 int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
                     const std::shared_ptr<SceneMotion>& motion, const std::shared_ptr<Ranks>& ranks);
 

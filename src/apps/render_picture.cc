@@ -56,16 +56,6 @@ void help_rank_0(Job& job) {
   job.wait();
 }
 
-/// Ends the other ranks. Those that do not answer are aborted.
-void dismiss_ranks(Job& job, Ranks& ranks, int status) {
-  constexpr double kSeconds = 60;
-  const bool all = job.crew()->dismiss(kSeconds);
-  for (const std::string& failure : job.crew()->failures()) warn(failure);
-  if (all) return;
-  warn("ranks that do not answer are ended. If mpirun waits for their machines, end it: all files are written");
-  ranks.abort(status);
-}
-
 /// Sets the samples that the next try needs.
 void look_ahead(BlurGoal& goal, const Job& job) {
   const Clock::time_point now = Clock::now();
@@ -111,6 +101,15 @@ Opened open_render(RenderOptions& o, OutputFiles& files, bool helps, std::shared
   return out;
 }
 
+void dismiss_ranks(Crew& crew, Ranks& ranks, int status) {
+  constexpr double kSeconds = 60;
+  const bool all = crew.dismiss(kSeconds);
+  for (const std::string& failure : crew.failures()) warn(failure);
+  if (all) return;
+  warn("ranks that do not answer are ended. If mpirun waits for their machines, end it: all files are written");
+  ranks.abort(status);
+}
+
 int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
                    const std::shared_ptr<Ranks>& ranks, Kept* kept, Purpose purpose) {
   const bool helps = ranks && ranks->rank() > 0;
@@ -135,7 +134,9 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   job.statistics().add_time(Phase::load, opened.load_s);
   job.statistics().add_time(Phase::build_accel, opened.build_s);
   if (purpose != Purpose::maps && !(kept && std::exchange(kept->is_described, true))) {
-    inform(describe(o.table.settings, job.settings(), *opened.scene));
+    RenderSettings whole = job.settings();
+    if (purpose == Purpose::share) whole.part = {};
+    inform(describe(o.table.settings, whole, *opened.scene));
     for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
     for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
   }
@@ -148,6 +149,12 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
     auto learned = std::make_shared<Statistics>();
     learned->add(job.statistics());
     kept->learning = std::move(learned);
+    return 0;
+  }
+  if (purpose == Purpose::share) {
+    if (failure) std::rethrow_exception(failure);
+    if (job.ending() != Ending::samples_done) throw Cancelled();
+    kept->maps = job.maps_for_next_slice();
     return 0;
   }
   if (purpose == Purpose::slice && !failure && job.ending() == Ending::samples_done) {
@@ -168,7 +175,7 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   }
   const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);
-  if (ranks) dismiss_ranks(job, *ranks, status);
+  if (ranks) dismiss_ranks(*job.crew(), *ranks, status);
   if (kept) kept->maps = job.maps();
   return status;
 }

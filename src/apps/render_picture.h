@@ -13,6 +13,7 @@
 #include "import/import.h"
 #include "scene/light_rig.h"
 #include "scene/scene.h"
+#include "share/crew.h"
 #include "share/ranks.h"
 #include "trace/tracer.h"
 
@@ -51,9 +52,14 @@ struct Kept {
   std::shared_ptr<const FrameLight> light;     ///< of a frame, if any uses light again
 };
 
-/// What becomes of the samples of a job that does not end early: a picture, those of a picture's next slice of time, or
-/// the light of a frame alone. For maps there are none (RenderSettings::only_maps).
-enum class Purpose { picture, slice, light, maps };
+/// What becomes of the samples of a job that does not end early: a picture, those of a picture's next slice of time, a
+/// part that a rank sends, or the light of a frame alone. For maps there are none (RenderSettings::only_maps). A part
+/// that ends early throws Cancelled.
+enum class Purpose { picture, slice, share, light, maps };
+
+/// Ends the other ranks, and warns of what failed there. Those that do not answer are aborted.
+/// @param status of this process
+void dismiss_ranks(Crew& crew, Ranks& ranks, int status);
 
 /// Renders one picture, and returns the exit status.
 /// @param ranks that share the work; null: this process alone

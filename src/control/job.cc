@@ -138,8 +138,8 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
     most_kept_bytes_ = (settings_.memory_bytes - arrays) / 4;
   const bool has_room = scene_->media().empty() || (!disk_ && 2 * arrays <= settings_.memory_bytes);
   const bool chooses = settings_.photon_target > 0, states = settings_.noise_target > 0 || has_room;
-  measures_photon_noise_ =
-      !points_ && !settings_.progressive && settings_.part.index <= 1 && (chooses || (states && !helps(ranks_)));
+  measures_photon_noise_ = !points_ && !settings_.progressive && settings_.sample_range().first == 0 &&
+                           (chooses || (states && !helps(ranks_)));
   if (made_->photon_variance) {
     photon_variance_ = *made_->photon_variance;
     measures_photon_noise_ = false;

@@ -1,22 +1,21 @@
 // The part of Job that shares a render with other ranks.
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "control/job.h"
+#include "core/archive.h"
 #include "core/parallel.h"
+#include "film/part.h"
 #include "share/task_queue.h"
 
 namespace glowworm {
 
-namespace {
+template <>
+inline constexpr bool kPlain<CameraTask> = sizeof(CameraTask) == 28;
 
-/// A task that a rank has had for so long is given to another one, too, where nothing else is left to do.
-constexpr std::chrono::seconds kLostAfter{60};
+namespace {
 
 PixelBounds pixels_of(const CameraTask& task) { return {task.x0, task.y0, task.x1, task.y1}; }
 
@@ -32,18 +31,16 @@ bool Job::share_pass(std::uint32_t first_sample, std::uint32_t samples, WorkShar
 bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t samples_at_once, WorkShare share) {
   TaskQueue queue(tiles, samples_at_once);
   std::mutex mutex;
-  std::atomic<bool> ended = false;
   const auto take = [&]() -> std::optional<CameraTask> {
-    const std::lock_guard lock(mutex);
-    const TaskQueue::Clock::time_point now = TaskQueue::Clock::now();
+    const std::scoped_lock lock(mutex, film_mutex_);
     std::optional<CameraTask> task;
     // Films of several samples fit pixels that have none of them. A checkpoint may have some.
-    while (!ended && (task = queue.take(now)) && !film_.awaits(*task)) {
+    while ((task = queue.take()) && !film_.awaits(*task)) {
       task = queue.shorten(*task);
       if (!film_.has(*task)) break;
       queue.finish(*task);
     }
-    return task || ended ? task : queue.take_again(now - kLostAfter, now);
+    return task;
   };
   const auto finish = [&](const CameraTask& task) {
     const std::lock_guard lock(mutex);
@@ -52,45 +49,34 @@ bool Job::share_tasks(const std::vector<CameraTask>& tiles, std::uint32_t sample
     work_done_ =
         std::lerp(share.begin, share.end, static_cast<double>(queue.slots_done()) / static_cast<double>(queue.slots()));
   };
-  const auto take_film = [&](const CameraTask& task, std::span<const std::byte> bytes) {
+  const auto hand_out = [&]() -> std::optional<TaskBytes> {
+    const std::optional<CameraTask> task = take();
+    return task ? std::optional(archived(*task)) : std::nullopt;
+  };
+  const auto take_film = [&](const TaskBytes& bytes, std::span<const std::byte> sums) {
+    const auto task = unarchived<CameraTask>(bytes);
     Film film = film_.like(pixels_of(task));
-    unpack_film(bytes, task, film);
+    unpack_film(sums, task, film);
     put(task, film);
     finish(task);
   };
-  const auto give_back = [&](const CameraTask& task) {
+  const auto give_back = [&](const TaskBytes& task) {
     const std::lock_guard lock(mutex);
-    queue.give_back(task);
+    queue.give_back(unarchived<CameraTask>(task));
   };
-  std::exception_ptr failure;
-  std::thread server([&] {
-    try {
-      crew_->serve({take, take_film, give_back, [&] { return ended.load(); }});
-    } catch (...) {
-      failure = std::current_exception();
-      ended = true;
-    }
-  });
   const auto is_done = [&] {
     const std::lock_guard lock(mutex);
     return queue.done();
   };
-  try {
-    const CancellationScope scope(interrupt_);
-    while (!ended && !is_done() && !should_stop(task_seconds_)) {
-      if (const std::optional<CameraTask> task = take()) {
-        put(*task, compute(*task));
-        finish(*task);
-        continue;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  ended = true;
-  server.join();
-  if (failure) std::rethrow_exception(failure);
+  const CancellationScope scope(interrupt_);
+  crew_->share({hand_out, take_film, give_back, [&] { return ending_ != Ending::running || is_done(); }}, [&] {
+    if (should_stop(task_seconds_)) return true;
+    const std::optional<CameraTask> task = take();
+    if (!task) return false;
+    put(*task, compute(*task));
+    finish(*task);
+    return true;
+  });
   return is_done();
 }
 
@@ -98,7 +84,8 @@ void Job::work_for_rank_0() {
   RankWorker member(ranks_);
   member.introduce(key());
   pass_ = pass_settings();
-  const auto work = [&](const CameraTask& task) {
+  const auto work = [&](const TaskBytes& bytes) {
+    const auto task = unarchived<CameraTask>(bytes);
     prepare(task.first_sample);
     const CancellationScope scope(interrupt_);
     const TaskResult result = compute(task);
@@ -106,12 +93,13 @@ void Job::work_for_rank_0() {
     CameraTask own = task;
     own.first_sample = 0;
     add_samples(film, own, result);
-    return film;
+    return packed_film(film);
   };
   const auto begin = [&] {
     if (!settings_.progressive) prepare(0);
   };
-  member.work(begin, work, [&] { return interrupt_.requested(); });
+  member.work(
+      begin, work, [&] { return interrupt_.requested(); }, 2);
   ending_ = interrupt_.requested() ? Ending::cancelled : Ending::samples_done;
 }
 

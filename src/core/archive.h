@@ -193,5 +193,12 @@ void unarchive(std::span<const std::byte> bytes, Values&... values) {
   transfer_all(reader, values...);
   if (!reader.at_end()) fail_transfer("it does not end where it should");
 }
+/// The same for one value.
+template <typename T>
+T unarchived(std::span<const std::byte> bytes) {
+  T value{};
+  unarchive(bytes, value);
+  return value;
+}
 
 }  // namespace glowworm

@@ -8,7 +8,8 @@
 
 namespace glowworm {
 
-/// Processes that do the same work. Each makes some pieces of it and takes the other pieces from the others.
+/// Processes that do the same work. Each makes some pieces of it and takes the other pieces from the others; of ranks
+/// (share/crew.h), one takes all of them.
 class SharedWork {
  public:
   using Make = std::function<std::vector<std::byte>(std::size_t piece)>;

@@ -164,6 +164,26 @@ void add_part(const std::string& path, const Part& part, Film& film) {
   if (!film.merge_state(read, part.sample_count()) || !packed.at_end()) refuse(path);
 }
 
+std::vector<std::byte> packed_film(const Film& film) {
+  std::vector<std::byte> out;
+  PackedWriter writer([&](std::span<const std::byte> bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); });
+  film.write_state([&](std::span<const std::byte> bytes) { writer.write(bytes); });
+  writer.finish();
+  return out;
+}
+
+void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
+  PackedReader packed([&](std::span<std::byte> to) {
+    if (bytes.size() < to.size()) return false;
+    std::copy_n(bytes.begin(), to.size(), to.begin());
+    bytes = bytes.subspan(to.size());
+    return true;
+  });
+  const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
+  if (!film.merge_state(read, task.sample_count) || !packed.at_end() || !film.is_of(task))
+    throw Error("a rank sent the film of another task");
+}
+
 Part united(const std::vector<PartFile>& parts, bool mixed) {
   const PartFile& first = parts.front();
   Part all = first.part;

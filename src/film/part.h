@@ -1,10 +1,13 @@
 // Parts of a render: the film of a share of its samples in a file, and parts put together.
 #pragma once
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "film/film.h"
 #include "film/picture_info.h"
+#include "points/gather_points.h"
 #include "settings/render_key.h"
 
 namespace glowworm {
@@ -35,6 +38,13 @@ std::uint64_t merge_bytes(const Part& part);
 /// Film::kMaxIds of a pixel). Throws Error if the file is not a whole part, with the film in no useful state.
 /// @param part read_part(path)
 void add_part(const std::string& path, const Part& part, Film& film);
+
+/// The samples of a film as bytes, as a part's file holds them: from a few samples of a pixel on they are smaller than
+/// the samples.
+std::vector<std::byte> packed_film(const Film& film);
+/// Adds the samples of a packed_film() to a film of the same pixels. Throws Error if they are not whole, or if the film
+/// does not hold those of `task` then and no others.
+void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film);
 
 /// A part and its file.
 struct PartFile {

@@ -4,32 +4,33 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
+#include <future>
+#include <mutex>
+#include <thread>
 
 #include "core/archive.h"
 #include "core/error.h"
 #include "core/lines.h"
 #include "core/log.h"
 #include "core/parallel.h"
-#include "film/packed_file.h"
 #include "kernels/simd.h"
-#include "share/task_queue.h"
 #include "trace/instruction_set.h"
 
 namespace glowworm {
 
-template <>
-inline constexpr bool kPlain<CameraTask> = sizeof(CameraTask) == 28;
-
 namespace {
 
 /// First byte of a message.
-enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, stop, bye };
+enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, stop, bye, alive };
 
 /// Seconds that a rank may take to load the scene, or to accept a message.
 constexpr double kPatience = 600, kSendSeconds = 120;
 /// Rank 0 checks the state of the render at this interval, in seconds.
 constexpr double kTurn = 0.002;
+/// A rank at long work says so at this interval, in seconds, and is not late meanwhile.
+constexpr double kAliveInterval = 10;
 
 template <typename... Values>
 std::vector<std::byte> packed(Kind kind, const Values&... values) {
@@ -40,7 +41,7 @@ std::vector<std::byte> packed(Kind kind, const Values&... values) {
 class Unpacker {
  public:
   explicit Unpacker(const Message& message) : from_(message.from), archive_(message.bytes) {
-    read([&] { transfer_enum(archive_, kind_, Kind::bye); });
+    read([&] { transfer_enum(archive_, kind_, Kind::alive); });
   }
 
   Kind kind() const { return kind_; }
@@ -67,16 +68,6 @@ class Unpacker {
   Kind kind_{};
 };
 
-/// Sums of the samples of a task, as a part's file holds them: from a few samples of a pixel on they are smaller than
-/// the samples.
-std::vector<std::byte> packed_film(const CameraTask& task, const Film& film) {
-  std::vector<std::byte> sums;
-  PackedWriter writer([&](std::span<const std::byte> bytes) { sums.insert(sums.end(), bytes.begin(), bytes.end()); });
-  film.write_state([&](std::span<const std::byte> bytes) { writer.write(bytes); });
-  writer.finish();
-  return packed(Kind::result, task, sums);
-}
-
 /// Number and machine of a rank, for messages.
 std::string name_of(const Ranks& ranks, int rank) { return fmt::format("rank {} on {}", rank, ranks.host(rank)); }
 
@@ -88,18 +79,12 @@ void warn_of_late_rank(const Ranks& ranks, int rank, double seconds, const char*
                   name_of(ranks, rank), seconds, others));
 }
 
-/// Adds the film of a result to the render; ignores other messages.
+/// Puts a result; ignores other messages.
 void put_result(const Message& message, const Crew::Work& work) {
   Unpacker in(message);
   if (in.kind() != Kind::result) return;
-  const auto task = in.take<CameraTask>();
-  work.put(task, in.take<std::vector<std::byte>>());
-}
-
-/// Pixels of a result; 0 for other messages.
-std::size_t pixels_of(const Message& message) {
-  Unpacker in(message);
-  return in.kind() == Kind::result ? in.take<CameraTask>().pixel_count() : 0;
+  const auto task = in.take<TaskBytes>();
+  work.put(task, in.take<TaskBytes>());
 }
 
 /// One message of a kind from every other rank, by rank; empty for ranks that report a failure instead. If none comes
@@ -125,8 +110,8 @@ std::vector<std::string> texts_of_all(Ranks& ranks, Kind kind, double late_after
 }
 
 /// Callbacks of a render that takes no results.
-const Crew::Work kNoWork{[] { return std::nullopt; }, [](const CameraTask&, std::span<const std::byte>) {},
-                         [](const CameraTask&) {}, [] { return true; }};
+const Crew::Work kNoWork{[] { return std::nullopt; }, [](const TaskBytes&, std::span<const std::byte>) {},
+                         [](const TaskBytes&) {}, [] { return true; }};
 
 /// The instruction sets that this rank supports, fastest first: kernels, then rays.
 std::string own_sets() {
@@ -223,27 +208,29 @@ void Crew::take_message(const Message& message, const Work& work) {
       check_key(message.from, in.take<std::string>());
       return;
     case Kind::result:
-      std::erase(tasks_[message.from], in.take<CameraTask>());
+      std::erase(tasks_[message.from], in.take<TaskBytes>());
       [[fallthrough]];
     case Kind::ask:
       waiting_.push_back(message.from);
+      return;
+    case Kind::alive:
       return;
     case Kind::failure:
       failures_.push_back(fmt::format("rank {}: {}", message.from, in.take<std::string>()));
       [[fallthrough]];
     default:
       gone_.insert(message.from);
+      std::erase(waiting_, message.from);
       take_tasks_back(message.from, work);
   }
 }
 
 void Crew::take_tasks_back(int rank, const Work& work) {
-  std::erase(waiting_, rank);
-  for (const CameraTask& task : tasks_[rank]) work.give_back(task);
+  for (const TaskBytes& task : tasks_[rank]) work.give_back(task);
   tasks_.erase(rank);
 }
 
-void Crew::warn_of_late() {
+void Crew::look_for_late(const Work& work) {
   const double now = clock_.seconds();
   if (now - looked_ < late_after_ / 1000) return;  // ranks may be thousands
   looked_ = now;
@@ -253,27 +240,31 @@ void Crew::warn_of_late() {
     const double silent = now - (heard == heard_.end() ? 0 : heard->second);
     if (!owes || silent < late_after_ || gone_.contains(rank) || !late_.insert(rank).second) continue;
     warn_of_late_rank(*ranks_, rank, late_after_, "do its tasks");
+    take_tasks_back(rank, work);
   }
 }
 
 void Crew::serve(const Work& work) {
+  // A longer result keeps all threads busy alone.
+  constexpr std::size_t kMostAtOnce = std::size_t{8} << 20;
   while (!work.ended()) {
     std::vector<Message> messages;
-    std::size_t pixels = 0;
+    std::size_t bytes = 0;
     while (std::optional<Message> message = ranks_->receive(messages.empty() ? kTurn : 0)) {
-      pixels += pixels_of(*message);
+      bytes += message->bytes.size();
       messages.push_back(*std::move(message));
-      // A result of more pixels keeps all threads busy alone.
-      if (pixels >= std::size_t{1} << 18) break;
+      if (bytes >= kMostAtOnce) break;
     }
     parallel_for_each(messages.size(), 1, [&](std::size_t i) { put_result(messages[i], work); });
     for (const Message& message : messages) take_message(message, work);
-    warn_of_late();
-    while (!waiting_.empty()) {
-      const std::optional<CameraTask> task = work.take();
+    look_for_late(work);
+    while (true) {
+      const auto ready =
+          std::find_if(waiting_.begin(), waiting_.end(), [this](int rank) { return !late_.contains(rank); });
+      const std::optional<TaskBytes> task = ready == waiting_.end() ? std::nullopt : work.take();
       if (!task) break;
-      const int rank = waiting_.front();
-      waiting_.erase(waiting_.begin());
+      const int rank = *ready;
+      waiting_.erase(ready);
       if (tasks_[rank].empty()) heard_[rank] = clock_.seconds();
       tasks_[rank].push_back(*task);
       if (ranks_->send(rank, packed(Kind::task, *task), kSendSeconds)) continue;
@@ -282,6 +273,73 @@ void Crew::serve(const Work& work) {
       take_tasks_back(rank, work);
     }
   }
+}
+
+void Crew::share(const Work& work, const std::function<bool()>& compute) {
+  std::atomic<bool> ended = false;
+  Work own = work;
+  own.ended = [&] { return ended || work.ended(); };
+  std::future<void> server = std::async(std::launch::async, [&] { serve(own); });  // its destructor waits
+  try {
+    while (!own.ended() && server.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      if (!compute()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  } catch (...) {
+    ended = true;
+    throw;
+  }
+  ended = true;
+  server.get();
+}
+
+void Crew::divide(const std::string&, std::size_t count, const Make& make, const Take& take) {
+  std::mutex mutex;
+  std::set<std::uint64_t> free;              // to make
+  std::map<std::uint64_t, TaskBytes> ready;  // made, and not yet taken
+  std::atomic<std::uint64_t> next = 0;       // to take
+  for (std::uint64_t piece = 0; piece < count; ++piece) free.insert(piece);
+  const auto claim = [&]() -> std::optional<std::uint64_t> {
+    const std::lock_guard lock(mutex);
+    if (free.empty()) return std::nullopt;
+    return free.extract(free.begin()).value();
+  };
+  const auto put = [&](std::uint64_t piece, TaskBytes bytes) {
+    const std::lock_guard lock(mutex);
+    free.erase(piece);
+    if (piece >= next) ready.try_emplace(piece, std::move(bytes));
+  };
+  const auto give_back = [&](const TaskBytes& task) {
+    const std::lock_guard lock(mutex);
+    const auto piece = unarchived<std::uint64_t>(task);
+    if (piece >= next && !ready.contains(piece)) free.insert(piece);
+  };
+  const auto hand_out = [&]() -> std::optional<TaskBytes> {
+    const std::optional<std::uint64_t> piece = claim();
+    return piece ? std::optional(archived(*piece)) : std::nullopt;
+  };
+  const auto next_ready = [&]() -> std::optional<TaskBytes> {
+    const std::lock_guard lock(mutex);
+    auto found = ready.extract(next);
+    return found.empty() ? std::nullopt : std::optional(std::move(found.mapped()));
+  };
+  std::optional<std::uint64_t> own = claim();
+  share({hand_out,
+         [&](const TaskBytes& task, auto bytes) {
+           put(unarchived<std::uint64_t>(task), {bytes.begin(), bytes.end()});
+         },
+         give_back, [&] { return next == count; }},
+        [&] {
+          check_cancelled();
+          if (const std::optional<TaskBytes> bytes = next_ready()) {
+            take(next, *bytes);
+            ++next;
+            return true;
+          }
+          if (!own) own = claim();
+          if (!own) return false;
+          put(*own, make(*own));
+          own.reset();
+          return true;
+        });
 }
 
 void Crew::stop(double seconds) {
@@ -311,43 +369,14 @@ void report_failure(Ranks& ranks, const std::string& message) {
   ranks.send(0, packed(Kind::failure, message), kSendSeconds);
 }
 
-void report_end(Ranks& ranks) { ranks.send(0, packed(Kind::bye), kSendSeconds); }
-
-std::vector<std::string> wait_for_ends(Ranks& ranks, const std::function<bool()>& cancelled) {
-  std::vector<std::string> failures;
-  for (int left = ranks.count() - 1; left > 0 && !cancelled();) {
-    const std::optional<Message> message = ranks.receive(kTurn);
-    if (!message) continue;
-    Unpacker in(*message);
-    if (in.kind() != Kind::bye && in.kind() != Kind::failure) continue;
-    --left;
-    if (in.kind() == Kind::failure)
-      failures.push_back(fmt::format("rank {}: {}", message->from, in.take<std::string>()));
-  }
-  return failures;
-}
-
-void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film) {
-  PackedReader packed([&](std::span<std::byte> to) {
-    if (bytes.size() < to.size()) return false;
-    std::copy_n(bytes.begin(), to.size(), to.begin());
-    bytes = bytes.subspan(to.size());
-    return true;
-  });
-  const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
-  if (!film.merge_state(read, task.sample_count) || !packed.at_end() || !film.is_of(task))
-    throw Error("a rank sent the film of another task");
-}
-
 void RankWorker::introduce(const RenderKey& key) { ranks_->send(0, packed(Kind::key, key_text(key)), kSendSeconds); }
 
-void RankWorker::work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
-                      const std::function<bool()>& ended) {
+void RankWorker::work(const std::function<void()>& begin, const std::function<TaskBytes(const TaskBytes&)>& compute,
+                      const std::function<bool()>& ended, int at_once) {
   try {
-    begin();
-    // A rank has two tasks: one that it computes, and the next, to hide the time of messages.
-    for (int i = 0; i < 2; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
-    std::deque<CameraTask> tasks;
+    at_long_work(begin);
+    for (int i = 0; i < at_once; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
+    std::deque<TaskBytes> tasks;
     bool stopped = false;
     while (!stopped && !ended()) {
       // A stop that has come already makes tasks before it needless.
@@ -355,10 +384,10 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Fi
         Unpacker in(*message);
         stopped = in.kind() != Kind::task;
         if (stopped) break;
-        tasks.push_back(in.take<CameraTask>());
+        tasks.push_back(in.take<TaskBytes>());
       }
       if (stopped || tasks.empty()) continue;
-      ranks_->send(0, packed_film(tasks.front(), compute(tasks.front())), kSendSeconds);
+      ranks_->send(0, packed(Kind::result, tasks.front(), compute(tasks.front())), kSendSeconds);
       tasks.pop_front();
     }
   } catch (const Cancelled&) {
@@ -367,6 +396,22 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Fi
     return;
   }
   ranks_->send(0, packed(Kind::bye), kSendSeconds);
+}
+
+void RankWorker::at_long_work(const std::function<void()>& long_work) {
+  const std::jthread alive = repeat(kAliveInterval, [this] { ranks_->send(0, packed(Kind::alive), kSendSeconds); });
+  long_work();
+}
+
+void RankWorker::divide(const std::string&, std::size_t count, const Make& make, const Take&) {
+  const auto compute = [&](const TaskBytes& task) {
+    const auto piece = unarchived<std::uint64_t>(task);
+    require(piece < count);
+    TaskBytes made;
+    at_long_work([&] { made = make(piece); });
+    return made;
+  };
+  work([] {}, compute, [] { return false; }, 1);
 }
 
 }  // namespace glowworm

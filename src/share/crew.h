@@ -1,4 +1,5 @@
-// One render by several processes: rank 0 hands out tasks and collects their light in its film; the others compute.
+// Work of several processes that pass messages: rank 0 hands out tasks and takes their results; the others compute.
+// What a task is, such as pixels of a picture or a frame of a sequence, is up to those who share the work.
 #pragma once
 #include <functional>
 #include <map>
@@ -9,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "film/film.h"
-#include "points/gather_points.h"
+#include "core/shared_work.h"
 #include "settings/render_key.h"
 #include "share/ranks.h"
 #include "share/running_clock.h"
@@ -29,22 +29,18 @@ std::string agree_on_instruction_sets(Ranks& ranks, double late_after = kLateAft
 /// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all.
 void report_failure(Ranks& ranks, const std::string& message);
 
-/// Sends rank 0 the message that this rank has done its frames of a sequence.
-void report_end(Ranks& ranks);
-/// Waits until all other ranks have ended or failed; returns the failures, which name their ranks.
-/// @param cancelled ends the wait
-std::vector<std::string> wait_for_ends(Ranks& ranks, const std::function<bool()>& cancelled);
+/// A task, or its result.
+using TaskBytes = std::vector<std::byte>;
 
 /// Rank 0's side.
-class Crew {
+class Crew : public SharedWork {
  public:
-  /// Callbacks of Crew::serve(). Only the serving thread calls them, but for `put`, which several threads may call.
+  /// Callbacks of serve(). Only the serving thread calls them, but for `put`, which several threads may call.
   struct Work {
-    std::function<std::optional<CameraTask>()> take;  ///< the next task, if there is one now
-    /// Takes the film of a task, for unpack_film().
-    std::function<void(const CameraTask&, std::span<const std::byte>)> put;
-    std::function<void(const CameraTask&)> give_back;  ///< takes a task back whose rank does not compute it
-    std::function<bool()> ended;                       ///< true: serve() returns
+    std::function<std::optional<TaskBytes>()> take;  ///< the next task, if there is one
+    std::function<void(const TaskBytes& task, std::span<const std::byte> result)> put;  ///< may come twice for a task
+    std::function<void(const TaskBytes& task)> give_back;  ///< takes a task back whose rank is lost, or late
+    std::function<bool()> ended;                           ///< true: serve() returns
   };
 
   /// @param late_after seconds without an answer after which a rank that has tasks, or has not begun, is late
@@ -55,8 +51,16 @@ class Crew {
   /// Checks that all ranks have the same render. Throws Error that names the difference. Late ranks are checked when
   /// they come.
   void check(const RenderKey& key);
-  /// Gives tasks to the other ranks and takes their results until work.ended().
+  /// Gives tasks to the other ranks and takes their results until work.ended(). Tasks of ranks that fail or are late go
+  /// to others.
   void serve(const Work& work);
+  /// Serves the other ranks in a thread of its own, while this one computes tasks, too, until work.ended(). All
+  /// callbacks but `compute` may be called by several threads at once.
+  /// @param compute takes and computes a task; returns false if there is none now
+  void share(const Work& work, const std::function<bool()>& compute);
+  /// Shares pieces with the other ranks, which call RankWorker::divide(). They take none: `take` is rank 0's alone.
+  /// Rank 0 makes the first. To be called once.
+  void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) override;
   /// Tells all ranks to end after the task under way. Waits up to `seconds` for each to take the message.
   void stop(double seconds);
   /// Stops all ranks and waits for them, up to `seconds`; not for late ones. Warns of those that do not answer. Returns
@@ -70,38 +74,40 @@ class Crew {
   void take_message(const Message& message, const Work& work);
   void check_key(int rank, const std::string& text) const;
   void take_tasks_back(int rank, const Work& work);
-  void warn_of_late();
+  void look_for_late(const Work& work);
 
   std::shared_ptr<Ranks> ranks_;
   RenderKey key_;
-  std::set<int> gone_;                            // failed or dismissed
-  std::vector<int> waiting_;                      // once for each task that a rank wants
-  std::map<int, std::vector<CameraTask>> tasks_;  // that the ranks have
+  std::set<int> gone_;                           // failed or dismissed
+  std::vector<int> waiting_;                     // once for each task that a rank wants
+  std::map<int, std::vector<TaskBytes>> tasks_;  // that the ranks have
   std::vector<std::string> failures_;
   double late_after_;
   RunningClock clock_;
-  double looked_ = 0;            // when warn_of_late() last looked, seconds
+  double looked_ = 0;            // when look_for_late() last looked, seconds
   std::map<int, double> heard_;  // when a rank last answered, or got its first task, seconds
   std::set<int> late_;
   std::set<int> stopped_;  // that have been told to end
 };
 
-/// Adds the film of a task from its message. Throws Error if it is not whole.
-/// @param film without samples, of the task's pixels
-void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film& film);
-
 /// The side of all other ranks.
-class RankWorker {
+class RankWorker : public SharedWork {
  public:
   explicit RankWorker(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
 
   /// Tells rank 0 which render this is, for Crew::check().
   void introduce(const RenderKey& key);
-  /// Computes films of tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
-  void work(const std::function<void()>& begin, const std::function<Film(const CameraTask&)>& compute,
-            const std::function<bool()>& ended);
+  /// Computes tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
+  /// @param at_once tasks that this rank has: one that it computes, and those that wait, to hide the time of messages
+  void work(const std::function<void()>& begin, const std::function<TaskBytes(const TaskBytes&)>& compute,
+            const std::function<bool()>& ended, int at_once);
+  /// Makes pieces of Crew::divide() until rank 0 ends the crew; takes none.
+  void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) override;
 
  private:
+  /// Does work that may take longer than kLateAfter, and meanwhile tells rank 0 that this rank is not lost.
+  void at_long_work(const std::function<void()>& long_work);
+
   std::shared_ptr<Ranks> ranks_;
 };
 

@@ -31,6 +31,18 @@ int number_of(std::initializer_list<const char*> names, int least) {
   return least;
 }
 
+/// Waits for so many seconds; returns false at once if it shall stop before.
+bool waited(double seconds, const std::stop_token& stop) {
+  RunningClock clock;
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any stopped;
+  while (clock.seconds() < seconds)
+    if (stopped.wait_for(lock, stop, std::chrono::milliseconds(100), [&] { return stop.stop_requested(); }))
+      return false;
+  return true;
+}
+
 /// Joining MPI waits for all ranks, without limit.
 [[noreturn]] void end_unjoined() {
   const Error error(fmt::format("not all of the {} ranks have joined after {} s", launched_count(), kJoinSeconds),
@@ -44,13 +56,13 @@ int number_of(std::initializer_list<const char*> names, int least) {
 
 std::jthread watch(double seconds, std::function<void()> late) {
   return std::jthread([seconds, late = std::move(late)](const std::stop_token& stop) {
-    RunningClock clock;
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any stopped;
-    while (clock.seconds() < seconds)
-      if (stopped.wait_for(lock, stop, std::chrono::milliseconds(100), [&] { return stop.stop_requested(); })) return;
-    late();
+    if (waited(seconds, stop)) late();
+  });
+}
+
+std::jthread repeat(double seconds, std::function<void()> call) {
+  return std::jthread([seconds, call = std::move(call)](const std::stop_token& stop) {
+    while (waited(seconds, stop)) call();
   });
 }
 

@@ -26,5 +26,7 @@ class RunningClock {
 
 /// A thread that calls `late` once unless it is destroyed within so many seconds.
 std::jthread watch(double seconds, std::function<void()> late);
+/// A thread that calls `call` each time so many seconds have passed, until it is destroyed.
+std::jthread repeat(double seconds, std::function<void()> call);
 
 }  // namespace glowworm

@@ -7,20 +7,19 @@ namespace glowworm {
 TaskQueue::TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t step) : step_(std::max(step, 1u)) {
   for (const CameraTask& task : tiles) {
     if (task.sample_count == 0) continue;
-    tiles_[place_of(task)] = {task, task.first_sample, task.first_sample + task.sample_count, {}, false};
+    tiles_[place_of(task)] = {task, task.first_sample, task.first_sample + task.sample_count, false};
     free_.push_back(place_of(task));
     slots_ += task.slot_count();
   }
   left_ = tiles_.size();
 }
 
-std::optional<CameraTask> TaskQueue::take(Clock::time_point now) {
+std::optional<CameraTask> TaskQueue::take() {
   if (free_.empty()) return std::nullopt;
   Tile& tile = tiles_.at(free_.front());
   free_.pop_front();
   tile.task.first_sample = tile.samples;
   tile.task.sample_count = std::min(std::clamp(tile.samples, 1u, step_), tile.end - tile.samples);
-  tile.since = now;
   tile.under_way = true;
   return tile.task;
 }
@@ -29,16 +28,6 @@ CameraTask TaskQueue::shorten(const CameraTask& task) {
   Tile& tile = *tile_of(task);
   tile.task.sample_count = 1;
   return tile.task;
-}
-
-std::optional<CameraTask> TaskQueue::take_again(Clock::time_point limit, Clock::time_point now) {
-  if (!free_.empty()) return std::nullopt;
-  Tile* oldest = nullptr;
-  for (auto& [place, tile] : tiles_)
-    if (tile.under_way && tile.since < limit && (!oldest || tile.since < oldest->since)) oldest = &tile;
-  if (!oldest) return std::nullopt;
-  oldest->since = now;
-  return oldest->task;
 }
 
 /// The tile whose task under way this is; null if there is none.

@@ -1,6 +1,5 @@
 // Tasks of a render for several workers.
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -16,23 +15,18 @@ namespace glowworm {
 /// tiles are independent. Not thread-safe.
 class TaskQueue {
  public:
-  using Clock = std::chrono::steady_clock;
-
   /// @param tiles with all their samples
   /// @param step  most samples of a task; the first of a tile have fewer, so that a whole, noisy picture is there soon
   TaskQueue(const std::vector<CameraTask>& tiles, std::uint32_t step);
 
   /// The next task; nothing while every tile is done or under way.
-  std::optional<CameraTask> take(Clock::time_point now);
+  std::optional<CameraTask> take();
   /// Leaves the first sample of a task under way, which take() has just given.
   CameraTask shorten(const CameraTask& task);
-  /// The oldest task under way again, if it was handed out before `limit` and nothing else is left: its worker may be
-  /// lost. The results of both are the same.
-  std::optional<CameraTask> take_again(Clock::time_point limit, Clock::time_point now);
   /// Ends a task. Returns false if it was ended before, or not handed out.
   bool finish(const CameraTask& task);
 
-  /// Takes a task back whose worker is lost.
+  /// Takes a task back whose worker is lost, or late. The results of both workers are the same.
   void give_back(const CameraTask& task);
 
   bool done() const { return left_ == 0; }
@@ -46,7 +40,6 @@ class TaskQueue {
   struct Tile {
     CameraTask task;             // the next, or the one under way
     std::uint32_t samples, end;  // finished, and one past the last
-    Clock::time_point since;
     bool under_way = false;
   };
   using Place = std::tuple<int, int, std::uint32_t>;  // upper left corner and squares

@@ -15,6 +15,7 @@
 #include "core/archive.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "film/part.h"
 #include "kernels/simd.h"
 #include "render/render_testing.h"
 #include "share/task_queue.h"
@@ -196,26 +197,22 @@ TEST(SharedRender, SendsSumsOfSamples) {
   EXPECT_LT(mail->largest, 40 * 40 * (5 * sizeof(RGB) + sizeof(Vec3) + sizeof(float)));
 }
 
+const TaskBytes kOneTask(3);
+
 TEST(SharedRender, ResultsThatHaveArrivedAreAddedAtOnce) {
   set_thread_count(2);
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(3);
-  for (const std::size_t rank : {1u, 2u}) {
-    std::vector<std::byte> result(1 + sizeof(CameraTask) + sizeof(std::uint64_t));  // with a film of no bytes
-    result.front() = std::byte{5};
-    const CameraTask task{0, 0, 16, 16};
-    std::memcpy(result.data() + 1, &task, sizeof task);
-    ranks[rank]->send(0, result, 1);
-  }
+  for (const std::size_t rank : {1u, 2u}) ranks[rank]->send(0, archived(std::uint8_t{5}, kOneTask, TaskBytes()), 1);
   std::mutex mutex;
   std::condition_variable both;
   int begun = 0, together = 0;
-  const auto put = [&](const CameraTask&, std::span<const std::byte>) {
+  const auto put = [&](const TaskBytes&, std::span<const std::byte>) {
     std::unique_lock lock(mutex);
     ++begun;
     both.notify_all();
     together += both.wait_for(lock, std::chrono::seconds(20), [&] { return begun == 2; });
   };
-  Crew(ranks[0]).serve({[] { return std::nullopt; }, put, [](const CameraTask&) {}, [&] { return begun == 2; }});
+  Crew(ranks[0]).serve({[] { return std::nullopt; }, put, [](const TaskBytes&) {}, [&] { return begun == 2; }});
   EXPECT_EQ(together, 2);
   set_thread_count(0);
 }
@@ -223,25 +220,8 @@ TEST(SharedRender, ResultsThatHaveArrivedAreAddedAtOnce) {
 TEST(SharedRender, FilmsOfOtherTasksAreRefused) {
   const RenderSettings s = small_picture();
   const Film kind({0, 0, 16, 16}, false, true, s.place_layers(), true);
-  const auto packed = [&](const CameraTask& task) {
-    const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
-    std::thread rank(
-        [&] { RankWorker(ranks[1]).work([] {}, [&](const CameraTask&) { return kind; }, [] { return false; }); });
-    Crew crew(ranks[0]);
-    bool given = false;
-    std::vector<std::byte> film;
-    crew.serve({[&]() -> std::optional<CameraTask> {
-                  if (std::exchange(given, true)) return std::nullopt;
-                  return task;
-                },
-                [&](const CameraTask&, std::span<const std::byte> bytes) { film.assign(bytes.begin(), bytes.end()); },
-                [](const CameraTask&) {}, [&] { return !film.empty(); }});
-    EXPECT_TRUE(crew.dismiss(60));
-    rank.join();
-    return film;
-  };
   const CameraTask task{0, 0, 16, 16, 0, 1}, none{0, 0, 16, 16, 0, 0};
-  std::vector<std::byte> bytes = packed(task);
+  std::vector<std::byte> bytes = packed_film(kind);
   Film film = kind;
   EXPECT_NO_THROW(unpack_film(bytes, none, film));
   EXPECT_THROW(unpack_film(bytes, task, film), Error);  // it has no sample
@@ -258,7 +238,7 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   std::thread third([&] {
     RankWorker member(ranks[2]);
     member.introduce(render_key(*stage.scene, first->settings()));
-    member.work([] {}, [](const CameraTask&) -> Film { throw Error("no more power"); }, [] { return false; });
+    member.work([] {}, [](const TaskBytes&) -> TaskBytes { throw Error("no more power"); }, [] { return false; }, 2);
   });
   first->wait();
   third.join();
@@ -268,18 +248,20 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   EXPECT_TRUE(first->snapshot().save() == stage.render(settings).save());
 }
 
-constexpr std::byte kAsk{3}, kTask{4}, kStop{7}, kBye{8};
+constexpr std::byte kAsk{3}, kTask{4}, kStop{7}, kBye{8}, kAlive{9};
 /// Turns of Crew::serve() without messages that take longer than 0.02 s.
 constexpr int kLateTurns = 50;
 
-/// Serves ranks one task until `ended`.
-void serve_one_task(Crew& crew, const std::function<bool()>& ended) {
+/// Serves ranks one task until `ended`. Returns how often it came back.
+int serve_one_task(Crew& crew, const std::function<bool()>& ended) {
   bool given = false;
-  crew.serve({[&]() -> std::optional<CameraTask> {
+  int back = 0;
+  crew.serve({[&]() -> std::optional<TaskBytes> {
                 if (std::exchange(given, true)) return std::nullopt;
-                return CameraTask{0, 0, 16, 16};
+                return kOneTask;
               },
-              [](const CameraTask&, std::span<const std::byte>) {}, [](const CameraTask&) {}, ended});
+              [](const TaskBytes&, std::span<const std::byte>) {}, [&](const TaskBytes&) { ++back; }, ended});
+  return back;
 }
 
 /// As one whose process is stopped.
@@ -291,11 +273,26 @@ TEST(SharedRender, ALateRankIsNamedAndNotWaitedFor) {
     if (has_begun) ranks[1]->send(0, {kAsk}, 1);
     Crew crew(ranks[0], 0.02);
     testing::internal::CaptureStderr();
-    serve_one_task(crew, [turns = 0]() mutable { return ++turns > kLateTurns; });
+    const int back = serve_one_task(crew, [turns = 0]() mutable { return ++turns > kLateTurns; });
+    EXPECT_EQ(back, has_begun) << "others do its tasks";
     EXPECT_FALSE(crew.dismiss(60));
     EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 on node has not answered for 0.02 s"));
   }
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
+}
+
+TEST(SharedRender, ARankAtLongWorkIsNotLate) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  ranks[1]->send(0, {kAsk}, 1);
+  Crew crew(ranks[0], 0.02);
+  testing::internal::CaptureStderr();
+  const int back = serve_one_task(crew, [&, turns = 0]() mutable {
+    ranks[1]->send(0, {kAlive}, 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return ++turns > kLateTurns;
+  });
+  EXPECT_EQ(back, 0);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(SharedRender, ALateRankThatAnswersIsNamedAgain) {
@@ -366,13 +363,13 @@ TEST(SharedRender, ARankThatTookNoTaskIsToldToEndIfItAnswersLater) {
     other.send(0, {kAsk}, 1);
     Crew crew(std::make_shared<RefusedRanks>(mail, 0));
     testing::internal::CaptureStderr();
-    std::vector<CameraTask> tasks = {{0, 0, 16, 16}};
-    crew.serve({[&]() -> std::optional<CameraTask> {
+    std::vector<TaskBytes> tasks = {kOneTask};
+    crew.serve({[&]() -> std::optional<TaskBytes> {
                   if (tasks.empty()) return std::nullopt;
                   return std::exchange(tasks, {}).front();
                 },
-                [](const CameraTask&, std::span<const std::byte>) {},
-                [&](const CameraTask& task) { tasks.push_back(task); },
+                [](const TaskBytes&, std::span<const std::byte>) {},
+                [&](const TaskBytes& task) { tasks.push_back(task); },
                 [&, turns = 0]() mutable {
                   if (++turns == 3 && answers) other.send(0, {kAsk}, 1);
                   return turns == 6;
@@ -386,6 +383,81 @@ TEST(SharedRender, ARankThatTookNoTaskIsToldToEndIfItAnswersLater) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), answers ? "rank 1 on node answers again\n" : "");
     EXPECT_THAT(crew.failures(), testing::ElementsAre("rank 1 on node does not answer"));
   }
+}
+
+/// Pieces of a crew of so many ranks, each its own number, and the ranks that made them. Other ranks call `help`.
+struct DividedPieces {
+  static constexpr std::size_t kCount = 20;
+  std::vector<std::size_t> taken;
+  std::set<int> makers;
+  std::vector<std::string> failures;
+
+  DividedPieces(int count, const std::function<void(std::size_t piece, int rank)>& help) {
+    const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(count);
+    std::mutex mutex;
+    std::condition_variable changed;
+    const auto make_by = [&](int rank) {
+      return [&, rank](std::size_t piece) {
+        std::unique_lock lock(mutex);
+        makers.insert(rank);
+        changed.notify_all();
+        // So that nobody makes all.
+        changed.wait_for(lock, std::chrono::seconds(60), [&] { return static_cast<int>(makers.size()) == count; });
+        if (rank > 0) help(piece, rank);
+        return archived(piece);
+      };
+    };
+    const auto take = [&](std::size_t piece, std::span<const std::byte> bytes) {
+      taken.emplace_back();
+      unarchive(bytes, taken.back());
+      EXPECT_EQ(taken.back(), piece);
+    };
+    std::vector<std::thread> others;
+    for (int rank = 1; rank < count; ++rank)
+      others.emplace_back([&, rank] {
+        RankWorker(ranks[static_cast<std::size_t>(rank)]).divide("pieces", kCount, make_by(rank), take);
+      });
+    Crew crew(ranks[0]);
+    crew.divide("pieces", kCount, make_by(0), take);
+    EXPECT_TRUE(crew.dismiss(60));
+    for (std::thread& other : others) other.join();
+    failures = crew.failures();
+  }
+};
+
+TEST(SharedPieces, AreTakenInOrderByRank0) {
+  for (const int count : {1, 2, 5}) {
+    const DividedPieces pieces(count, [](std::size_t piece, int) { EXPECT_GT(piece, 0u); });
+    EXPECT_EQ(pieces.taken.size(), DividedPieces::kCount);
+    EXPECT_EQ(pieces.makers.size(), static_cast<std::size_t>(count));
+    EXPECT_THAT(pieces.failures, testing::IsEmpty());
+  }
+}
+
+TEST(SharedPieces, OfRanksThatFailAreMadeByOthers) {
+  const DividedPieces pieces(3, [](std::size_t, int rank) {
+    if (rank == 2) throw Error("no more power");
+  });
+  EXPECT_EQ(pieces.taken.size(), DividedPieces::kCount);
+  EXPECT_THAT(pieces.failures, testing::ElementsAre("rank 2: no more power"));
+}
+
+TEST(SharedPieces, OfARankThatIsLateAreMadeByOthers) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  ranks[1]->send(0, {kAsk}, 1);
+  Crew crew(ranks[0], 0.02);
+  testing::internal::CaptureStderr();
+  std::vector<std::size_t> made, taken;
+  const auto make = [&](std::size_t piece) {
+    // Rank 1 has got a piece now, and is silent.
+    EXPECT_TRUE(piece > 0 || ranks[1]->receive(60));
+    made.push_back(piece);
+    return archived(piece);
+  };
+  crew.divide("pieces", 3, make, [&](std::size_t piece, std::span<const std::byte>) { taken.push_back(piece); });
+  EXPECT_THAT(made, testing::UnorderedElementsAre(0, 1, 2));
+  EXPECT_THAT(taken, testing::ElementsAre(0, 1, 2));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("rank 1 on node has not answered for 0.02 s"));
 }
 
 TEST(Watch, CallsIfItIsNotDestroyedInTime) {
@@ -422,14 +494,14 @@ TEST(SharedRender, ARankThatComesLateTakesPart) {
     agree_on_instruction_sets(*ranks[1]);
     RankWorker member(ranks[1]);
     member.introduce(key);
-    member.work([] {}, [](const CameraTask&) { return Film({0, 0, 16, 16}); }, [] { return false; });
+    member.work([] {}, [](const TaskBytes& task) { return task; }, [] { return false; }, 2);
   });
   bool given = false, taken = false;
-  crew.serve({[&]() -> std::optional<CameraTask> {
+  crew.serve({[&]() -> std::optional<TaskBytes> {
                 if (std::exchange(given, true)) return std::nullopt;
-                return CameraTask{0, 0, 16, 16};
+                return kOneTask;
               },
-              [&](const CameraTask&, std::span<const std::byte>) { taken = true; }, [](const CameraTask&) {},
+              [&](const TaskBytes&, std::span<const std::byte>) { taken = true; }, [](const TaskBytes&) {},
               [&] { return taken; }});
   EXPECT_TRUE(crew.dismiss(60));
   rank.join();
@@ -470,28 +542,22 @@ TEST(InstructionSets, AreTheBestThatAllRanksHave) {
 TEST(TaskQueue, GivesTheSamplesOfATileInOrder) {
   const std::vector<CameraTask> tiles = {{0, 0, 16, 16, 2, 5}, {16, 0, 20, 16, 2, 5}};
   TaskQueue queue(tiles, 2);
-  const TaskQueue::Clock::time_point start;
-  const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
   EXPECT_EQ(queue.slots(), 20u * 16 * 5);
-  const CameraTask a = *queue.take(at(1)), b = *queue.take(at(2));
+  const CameraTask a = *queue.take(), b = *queue.take();
   EXPECT_EQ(a, (CameraTask{0, 0, 16, 16, 2, 2}));
-  EXPECT_FALSE(queue.take(at(3)));
-  // The oldest again, if it is old enough.
-  EXPECT_FALSE(queue.take_again(at(1), at(3)));
-  EXPECT_EQ(queue.take_again(at(2), at(4)), a);
-  EXPECT_EQ(queue.take_again(at(4), at(5)), b);
+  EXPECT_FALSE(queue.take());
   EXPECT_TRUE(queue.finish(a));
   EXPECT_FALSE(queue.finish(a));
-  EXPECT_EQ(queue.take(at(6))->first_sample, 4u);
+  EXPECT_EQ(queue.take()->first_sample, 4u);
   queue.give_back(b);
-  EXPECT_EQ(*queue.take(at(7)), b);
+  EXPECT_EQ(*queue.take(), b);
   EXPECT_TRUE(queue.finish(b));
   EXPECT_EQ(queue.whole_samples(), 4u);
   EXPECT_EQ(queue.slots_done(), 20u * 16 * 2);
   EXPECT_TRUE(queue.finish({0, 0, 16, 16, 4, 2}));
   std::uint32_t last = 0;
   while (!queue.done()) {
-    const CameraTask task = *queue.take(at(8));
+    const CameraTask task = *queue.take();
     EXPECT_LE(task.sample_count, 2u);
     last = std::max(last, task.first_sample + task.sample_count);
     EXPECT_TRUE(queue.finish(task));
@@ -505,7 +571,7 @@ TEST(TaskQueue, BeginsWithFewSamples) {
   TaskQueue queue({{0, 0, 16, 16, 0, 20}}, 8);
   std::vector<std::uint32_t> counts;
   while (!queue.done()) {
-    CameraTask task = *queue.take({});
+    CameraTask task = *queue.take();
     if (counts.size() == 3) task = queue.shorten(task);
     counts.push_back(task.sample_count);
     EXPECT_TRUE(queue.finish(task));
