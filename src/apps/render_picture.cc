@@ -89,7 +89,7 @@ Opened open_render(RenderOptions& o, OutputFiles& files, bool helps, std::shared
   read_command_line([&] {
     out.scene = scene_of_view(out.scene, o.lights, o.view, o.settings.camera);
     const PixelBounds bounds = resolve(o.settings, *out.scene).bounds;
-    if (!o.settings.bounds.empty() && bounds != o.settings.bounds)
+    if (!helps && !o.settings.bounds.empty() && bounds != o.settings.bounds)
       warn(fmt::format("--pixel-bounds reaches beyond the picture: only {},{},{},{} is rendered", bounds.x0, bounds.y0,
                        bounds.x1, bounds.y1));
   });

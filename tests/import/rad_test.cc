@@ -1,5 +1,6 @@
 // Scenes of Radiance.
 #include <cmath>
+#include <map>
 
 #include "bsdf/bsdf.h"
 #include "import/scene_changes.h"
@@ -268,6 +269,72 @@ TEST_F(RadTest, XformPlacesTurnsAndRepeats) {
   for (const char* line : {"!xform -mx part.rad", "!xform -rx 20 part.rad"})
     EXPECT_GT(load(mats + line + "\n").geometry.normal(0).y, 0.9f) << line << ": mirrors keep the front";
   EXPECT_LT(load(mats + "!xform -I part.rad\n").geometry.normal(0).y, -0.9f);
+}
+
+/// Areas, and their moments with normals and places, by the colour of a material, and whether it shines.
+std::map<std::pair<float, bool>, std::vector<double>> moments_of(const SceneDescription& d) {
+  std::map<std::pair<float, bool>, std::vector<double>> out;
+  const Geometry g = d.geometry.expanded();
+  for (std::uint32_t t = 0; t < g.triangle_count(); ++t) {
+    const bool shines = g.emission[t] != kNone;
+    std::vector<double>& sums = out[{d.materials[g.material[t]].reflectance.value.r, shines}];
+    sums.resize(13);
+    const auto& [a, b, c] = g.corners(t);
+    const Vec3 middle = (a + b + c) / 3, normal = g.normal(t);
+    const double area = g.area(t);
+    sums[0] += area;
+    for (int i = 0; i < 3; ++i) {
+      sums[1 + static_cast<std::size_t>(i)] += area * middle[i];
+      for (int j = 0; j < 3; ++j) sums[4 + static_cast<std::size_t>(3 * i + j)] += area * normal[i] * middle[j];
+    }
+  }
+  return out;
+}
+
+TEST_F(RadTest, CopiesOfAFileAreInstances) {
+  const std::string part =
+      "void plastic own 0 0 5 .2 .2 .2 0 0\nvoid light lamp 0 0 3 1 1 1\nown sphere s 0 0 4 1 0 0 .5\n"
+      "grey bubble b 0 0 4 1 2 0 .25\nlamp polygon l 0 0 9 0 0 1 1 0 1 0 2 1\n!xform -t 0 0 3 below.rad\n";
+  const std::string below =
+      "!genbox grey b 1 2 3 -r .2\nvoid plastic own 0 0 5 .3 .3 .3 0 0\nown sphere t 0 0 4 0 0 0 1\n";
+  const std::vector<std::string> places = {"-t 1 0 0",  "-rz 30 -t 3 0 0", "-mx -t 0 9 0", "-s 2 -ry 70", "-I -t 0 0 7",
+                                           "-I -rx 20", "-m own -t 8 8 8", "-m own",       "-t 1 0 0"};
+  std::string shared = kGrey, apart = kGrey;
+  write("part.rad", part);
+  write("below.rad", below);
+  for (std::size_t i = 0; i < 2 * places.size(); ++i) {
+    const std::string number = std::to_string(i), place = places[i / 2] + (i % 2 == 0 ? "" : " -t 5 0 20");
+    write("below" + number + ".rad", below);
+    write("part" + number + ".rad", part.substr(0, part.rfind("below")) + "below" + number + ".rad\n");
+    shared += "!xform -n c" + number + " " + place + " part.rad\n";
+    apart += "!xform -n c" + number + " " + place + " part" + number + ".rad\n";
+    // From here on the names of the part mean something else.
+    if (i == 6)
+      for (std::string* text : {&shared, &apart}) *text += "void plastic grey 0 0 5 .9 .9 .9 0 0\n";
+  }
+  const SceneDescription kept = load(shared), expanded = load(apart);
+  EXPECT_GT(kept.geometry.instances.size(), 12u);
+  EXPECT_TRUE(expanded.geometry.instances.empty());
+  const auto own = moments_of(kept), wanted = moments_of(expanded);
+  ASSERT_EQ(own.size(), wanted.size());
+  for (const auto& [key, sums] : wanted) {
+    SCOPED_TRACE(testing::Message() << key.first << (key.second ? " shines" : ""));
+    ASSERT_TRUE(own.contains(key));
+    for (std::size_t i = 0; i < sums.size(); ++i) EXPECT_NEAR(own.at(key)[i], sums[i], 1e-5 * sums[0] * 30) << i;
+  }
+}
+
+TEST_F(RadTest, CopiesTakeTheMemoryOfThree) {
+  write("ball.rad", "grey sphere s 0 0 4 1 0 0 .5\n");
+  const auto stored = [&](const std::string& line) {
+    const SceneDescription d = load(kGrey + line);
+    std::size_t count = d.geometry.triangles.size();
+    for (const auto& mesh : d.geometry.meshes) count += mesh->triangles.size();
+    return count;
+  };
+  const std::size_t one = stored("!xform ball.rad\n");
+  EXPECT_EQ(stored("!xform -a 1000 -t 2 0 0 ball.rad\n"), 2 * one);
+  EXPECT_EQ(stored("!xform -a 500 -t 2 0 0 -a 2 -mx ball.rad\n"), 3 * one);
 }
 
 TEST_F(RadTest, FilesFarAwayKeepTheirDigits) {

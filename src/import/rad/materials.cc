@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/content_hash.h"
 #include "import/material_text.h"
 #include "import/mesh_tools.h"
 #include "import/window/bsdf_xml.h"
@@ -212,6 +213,25 @@ std::optional<SkyModel> RadMaterials::sky_of(const std::string& name, const File
   return std::nullopt;
 }
 
+void RadMaterials::set_name(const std::string& name, std::uint32_t index) {
+  const auto hash = [&](std::uint32_t of) {
+    ContentHash own;
+    own.add(std::string_view(name));
+    own.add(of);
+    return own.value();
+  };
+  const auto [known, fresh] = by_name_.try_emplace(name, index);
+  if (!fresh) names_hash_ -= hash(known->second);
+  known->second = index;
+  names_hash_ += hash(index);
+}
+
+void RadMaterials::set_names(const Names& names) {
+  by_name_.clear();
+  names_hash_ = 0;
+  for (const auto& [name, index] : names) set_name(name, index);
+}
+
 bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) {
   const RadType* const type = type_of(p.type);
   if (!type) return false;
@@ -219,7 +239,7 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
     const std::uint32_t same = index_of(p.alias_of, p.place);
     if (p.modifier != "inherit") index_of(p.modifier, p.place);
     if (same == kNone) throw Error(p.place, fmt::format("alias '{}' stands for void", p.name));
-    by_name_[p.name] = same;
+    set_name(p.name, same);
     return true;
   }
   if (p.numbers.size() < type->least_numbers || p.numbers.size() > type->most_numbers)
@@ -229,11 +249,11 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
                     : fmt::format("Expected: {} to {}.", type->least_numbers, type->most_numbers));
   const std::uint32_t below = index_of(p.modifier, p.place);
   const TransformDouble& m = placement.to_world;
-  const bool turns = type->treatment == Treatment::pattern || type->treatment == Treatment::measured;
+  const bool turns =
+      type->treatment == Treatment::measured || p.type == "spotlight" || sky_pattern(p, placement).has_value();
   const std::string turned =
-      turns || p.type == "spotlight"
-          ? fmt::format(" {} {} {} {} {} {} {} {} {}", m.x.x, m.x.y, m.x.z, m.y.x, m.y.y, m.y.z, m.z.x, m.z.y, m.z.z)
-          : "";
+      turns ? fmt::format(" {} {} {} {} {} {} {} {} {}", m.x.x, m.x.y, m.x.z, m.y.x, m.y.y, m.y.z, m.z.x, m.z.y, m.z.z)
+            : "";
   std::string parts;  // what its words mean here
   if (type->treatment == Treatment::mixture || p.type == "illum")
     for (const std::string& word : p.words)
@@ -249,7 +269,7 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
     made.below = below;
     modifiers_.push_back(std::move(made));
   }
-  by_name_[p.name] = known->second;
+  set_name(p.name, known->second);
   return true;
 }
 
@@ -274,7 +294,9 @@ RadModifier RadMaterials::make(const RadPrimitive& p, const RadPlacement& placem
     case Treatment::mixture:
       return mixed(p);
     case Treatment::measured:
-      return made_of(p, measured(p, placement));
+      out = made_of(p, measured(p, placement));
+      out.turns = true;
+      return out;
     case Treatment::clear:
     case Treatment::surface:
     case Treatment::alias:
@@ -328,7 +350,9 @@ RadModifier RadMaterials::mixed(const RadPrimitive& p) {
     // A part without a surface lets rays pass.
     Material one = description_.materials[front.material == kNone ? back.material : front.material];
     one.alpha.value *= front.material == kNone ? 1 - amount : amount;
-    return made_of(p, std::move(one));
+    RadModifier out = made_of(p, std::move(one));
+    out.turns = front.turns || back.turns;
+    return out;
   }
   if (front.emission != kNone || back.emission != kNone)
     notes_.add(fmt::format("{} '{}' mixes a light, which gives no light", p.type, p.name));
@@ -336,7 +360,9 @@ RadModifier RadMaterials::mixed(const RadPrimitive& p) {
   m.kind = MaterialKind::mix;
   m.mix_a = back.material, m.mix_b = front.material;
   m.mix_amount.value = amount;
-  return made_of(p, std::move(m));
+  RadModifier out = made_of(p, std::move(m));
+  out.turns = front.turns || back.turns;
+  return out;
 }
 
 Material RadMaterials::material_of(const RadPrimitive& p) {

@@ -31,6 +31,7 @@ struct RadModifier {
   std::uint32_t emission = kNone;
   RGB radiance{0.0f};           ///< of a light, W sr^-1 m^-2
   std::optional<RadSpot> spot;  ///< of a spotlight: its surfaces become lights without size
+  bool turns = false;           ///< other directions of the placement make another material of it
   std::optional<SkyModel> sky;  ///< of the pattern that gensky and gendaylit write
 };
 
@@ -53,11 +54,18 @@ class RadMaterials {
   /// What a modifier makes of surfaces, below its patterns. Throws Error if the name is not defined.
   /// @param name "void" has no surface
   RadModifier on_surface(const std::string& name, const FilePlace& place) const;
+  /// What names mean at this place of the files.
+  using Names = std::unordered_map<std::string, std::uint32_t>;
+  const Names& names() const { return by_name_; }
+  void set_names(const Names& names);
+  /// A hash of names().
+  std::uint64_t names_hash() const { return names_hash_; }
   /// The sky among the patterns of a modifier.
   std::optional<SkyModel> sky_of(const std::string& name, const FilePlace& place) const;
 
  private:
   std::uint32_t index_of(const std::string& name, const FilePlace& place) const;
+  void set_name(const std::string& name, std::uint32_t index);
   RadModifier make(const RadPrimitive& p, const RadPlacement& placement);
   RadModifier made_of(const RadPrimitive& p, Material material);
   RadModifier glowing(const RadPrimitive& p);
@@ -73,7 +81,8 @@ class RadMaterials {
   FileReader read_file_;
   Reservation held_;
   std::vector<RadModifier> modifiers_;
-  std::unordered_map<std::string, std::uint32_t> by_name_;
+  Names by_name_;
+  std::uint64_t names_hash_ = 0;
   std::unordered_map<std::string, std::uint32_t> by_text_;  ///< equal definitions, as of a file placed many times
 };
 

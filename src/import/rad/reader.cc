@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/input_file.h"
 #include "core/parallel.h"
+#include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/rad/materials.h"
 #include "import/rad/placement.h"
@@ -27,6 +28,8 @@ namespace {
 /// Copies that commands may ask for: far more than real scenes have, and few enough to end.
 constexpr std::size_t kMostCopies = 10'000'000;
 constexpr std::size_t kMostLevels = 32;  ///< of files that include files
+
+constexpr TransformDouble kUp{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {}};  ///< z up to y up
 
 /// The part of the sky that a source covers.
 struct RadSkyPart {
@@ -44,7 +47,8 @@ class RadReader {
                    [this](const std::string& name, const FilePlace& place) -> const std::string& {
                      return text_of(name, place).text;
                    }),
-        triangles_(budget, "triangles", 0) {}
+        triangles_(budget, "triangles", 0),
+        keeper_(description_.geometry, origin, triangles_) {}
 
   SceneDescription run(std::string_view text, const std::string& file) {
     files_.push_back(file);
@@ -116,6 +120,7 @@ class RadReader {
   }
 
   void include(const std::vector<std::string>& names, const FilePlace& place, const RadPlacement& placement) {
+    if (leaves_for_each_copy(true)) return;
     for (const std::string& name : names) {
       const TextFile& file = text_of(name, place);
       count_copy(place);
@@ -123,15 +128,61 @@ class RadReader {
         throw Error(place, fmt::format("'{}' includes itself", name), "Remove one of the !xform lines.");
       if (files_.size() > kMostLevels) throw Error(place, "files include one another too deeply");
       files_.push_back(file.name);
-      read(file.text, {file.name, 1}, placement);
+      const Surfaces around = std::exchange(surfaces_, Surfaces::all);
+      place_file(file, placement);
+      surfaces_ = around;
       files_.pop_back();
     }
+  }
+
+  /// Which surfaces of a file are read: all, or those of a mesh that its copies share, or the others, which each copy
+  /// has, with what else the file describes.
+  enum class Surfaces { all, shared, own };
+
+  /// A file, placed without its directions and place, where names mean the same.
+  struct FileUse {
+    std::string name, modifier;
+    bool inverted;
+    std::uint64_t names;  ///< RadMaterials::names_hash()
+    auto operator<=>(const FileUse&) const = default;
+  };
+
+  /// Reads a file, or places what it shares with other copies as an instance.
+  void place_file(const TextFile& file, const RadPlacement& placement) {
+    const FilePlace start{file.name, 1};
+    auto& [use, has_own] =
+        *uses_.try_emplace({file.name, placement.modifier, placement.inverted, materials_.names_hash()}, false).first;
+    const auto shared_mesh = [&] {
+      surfaces_ = Surfaces::shared;
+      has_own_ = false;
+      const RadMaterials::Names names = materials_.names();
+      CoordinateOrigin origin;
+      Geometry mesh = read_near(origin, [&] {
+        shared_ = {{}, &origin};
+        read(file.text, start, {{}, placement.inverted, "", placement.modifier});
+        return std::move(shared_.mesh);
+      });
+      has_own = has_own_ || materials_.names_hash() != use.names;
+      materials_.set_names(names);
+      return SharedMesh{std::move(mesh), Vec3d(origin.origin())};
+    };
+    std::string name = placement.prefix.substr(0, placement.prefix.rfind('.'));
+    if (name.empty()) name = std::filesystem::path(file.name).stem().string();
+    const bool is_kept = keeper_.keep(&use, kUp * placement.to_world, name, shared_mesh) != kNone;
+    surfaces_ = is_kept ? Surfaces::own : Surfaces::all;
+    if (!is_kept || has_own) read(file.text, start, placement);
+  }
+
+  /// Whether this is not read now because it is `own` to each copy, or because it is not.
+  bool leaves_for_each_copy(bool own) {
+    has_own_ = has_own_ || own;
+    return surfaces_ != Surfaces::all && own == (surfaces_ == Surfaces::shared);
   }
 
   void visit(const RadPrimitive& p, const RadPlacement& placement) {
     if (materials_.define(p, placement)) return;
     if (is_rad_surface(p.type)) return add_surface(p, placement);
-    if (p.type == "source") return add_source(p, placement);
+    if (p.type == "source") return leaves_for_each_copy(true) ? void() : add_source(p, placement);
     if (p.type == "instance" || p.type == "mesh")
       throw Error(p.place, fmt::format("{} '{}' needs a compiled file, which is not read", p.type, p.name),
                   p.type == "mesh" ? "Turn the .obj file that it was made of into .rad by obj2rad."
@@ -146,9 +197,14 @@ class RadReader {
 
   void add_surface(const RadPrimitive& p, const RadPlacement& placement) {
     const RadModifier modifier = materials_.on_surface(modifier_of(p, placement), p.place);
+    const bool is_own =
+        modifier.material == kNone || modifier.emission != kNone || modifier.spot.has_value() || modifier.turns;
+    if (leaves_for_each_copy(is_own)) return;
     if (modifier.material == kNone) return notes_.add("surface without a material, which is not seen, left out");
-    static const TransformDouble kUp{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {}};  // z up to y up
-    Geometry mesh = rad_surface(p, kUp * placement.to_world, placement.inverted, origin_, notes_);
+    const bool is_shared = surfaces_ == Surfaces::shared;
+    Geometry mesh = rad_surface(p, is_shared ? placement.to_world : kUp * placement.to_world, placement.inverted,
+                                is_shared ? *shared_.origin : origin_, notes_);
+    if (is_shared) return append_counted(shared_.mesh, mesh, p.place.file, modifier.material, kNone, notes_);
     triangles_.grow(scene_bytes(mesh));
     const std::string name = placement.prefix + p.name;
     if (modifier.spot) add_spot(*modifier.spot, modifier.radiance, mesh, name);
@@ -253,6 +309,14 @@ class RadReader {
   SceneDescription description_;
   RadMaterials materials_;
   Reservation triangles_;
+  InstanceKeeper keeper_;
+  std::map<FileUse, bool> uses_;  ///< whether copies have more than what they share, once that is known
+  Surfaces surfaces_ = Surfaces::all;
+  struct {
+    Geometry mesh;
+    CoordinateOrigin* origin = nullptr;
+  } shared_;                                                       ///< what copies share
+  bool has_own_ = false;                                           ///< whether something was met that they do not
   std::map<std::pair<std::string, std::string>, TextFile> texts_;  ///< by the file that names it, and its name there
   std::vector<std::string> files_;  ///< the scene's, and those included around this place
   std::optional<RadSkyPart> sky_, ground_;
