@@ -7,6 +7,7 @@
 #include <atomic>
 #include <deque>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -319,7 +320,9 @@ void Crew::divide(const std::string&, std::size_t count, const Make& make, const
   const auto next_ready = [&]() -> std::optional<TaskBytes> {
     const std::lock_guard lock(mutex);
     auto found = ready.extract(next);
-    return found.empty() ? std::nullopt : std::optional(std::move(found.mapped()));
+    if (found.empty()) return std::nullopt;
+    ++next;
+    return std::move(found.mapped());
   };
   std::optional<std::uint64_t> own = claim();
   share({hand_out,
@@ -330,8 +333,7 @@ void Crew::divide(const std::string&, std::size_t count, const Make& make, const
         [&] {
           check_cancelled();
           if (const std::optional<TaskBytes> bytes = next_ready()) {
-            take(next, *bytes);
-            ++next;
+            take(next - 1, *bytes);
             return true;
           }
           if (!own) own = claim();
@@ -387,7 +389,11 @@ void RankWorker::work(const std::function<void()>& begin, const std::function<Ta
         tasks.push_back(in.take<TaskBytes>());
       }
       if (stopped || tasks.empty()) continue;
-      ranks_->send(0, packed(Kind::result, tasks.front(), compute(tasks.front())), kSendSeconds);
+      std::vector<std::byte> result = packed(Kind::result, tasks.front(), compute(tasks.front()));
+      if (result.size() > std::numeric_limits<int>::max())
+        throw Error(fmt::format("a result of {} bytes is too long for a message", result.size()),
+                    "Divide the render by --part.");
+      ranks_->send(0, std::move(result), kSendSeconds);
       tasks.pop_front();
     }
   } catch (const Cancelled&) {

@@ -105,6 +105,7 @@ WorldBegin
 AreaLightSource "diffuse" "rgb L" [4 4 4]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4  4 0 4  4 0 -4]
 )";
+  using V = std::vector<std::string>;
   for (const char* scene : {"lamp.pbrt", "camera.pbrt"}) {
     // Slices of six and seven samples; films of more than six do not hold all ids.
     std::vector<std::string> all = arguments({"--samples", "200", "--aov", "direct,object-id", "-o", "alone.exr"});
@@ -117,6 +118,15 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4
       EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
       EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
       expect_same_pixels("shared.exr", "alone.exr", 7);
+    }
+    for (const std::vector<std::string>& other : {V{"--resume"}, V{"--part", "1/2"}, V{"--noise", "1%"}}) {
+      std::vector<std::string> more = all;
+      more.insert(more.end(), {"--shutter", "1"});
+      more.insert(more.end(), other.begin(), other.end());
+      const Outcome outcome = run(more, by_ranks(2, more));
+      EXPECT_NE(outcome.status, 0);
+      EXPECT_THAT(outcome.err, testing::HasSubstr("no motion blur: "));
+      EXPECT_THAT(outcome.err, testing::HasSubstr(other.front()));
     }
   }
 }
