@@ -150,8 +150,10 @@ class RadReader {
   /// Reads a file, or places what it shares with other copies as an instance.
   void place_file(const TextFile& file, const RadPlacement& placement) {
     const FilePlace start{file.name, 1};
-    auto& [use, has_own] =
+    auto& entry =
         *uses_.try_emplace({file.name, placement.modifier, placement.inverted, materials_.names_hash()}, false).first;
+    const FileUse& use = entry.first;
+    bool& has_own = entry.second;
     const auto shared_mesh = [&] {
       surfaces_ = Surfaces::shared;
       has_own_ = false;
