@@ -30,12 +30,16 @@ void PathLookups::clear() {
   caustic.clear();
   indirect.clear();
   air.clear();
+  in_media.clear();
+  indirect_in_media.clear();
 }
 
 void PathLookups::append(const PathLookups& other) {
   caustic.append(other.caustic);
   indirect.append(other.indirect);
   air.insert(air.end(), other.air.begin(), other.air.end());
+  in_media.append(other.in_media);
+  indirect_in_media.append(other.indirect_in_media);
 }
 
 }  // namespace glowworm

@@ -6,6 +6,7 @@
 #include "maps/air_light.h"
 #include "points/gather_points.h"
 #include "points/query_points.h"
+#include "points/volume_segments.h"
 
 namespace glowworm {
 
@@ -29,6 +30,7 @@ struct PathHistory {
 struct PathLookups {
   QueryPoints caustic, indirect;  ///< by the layer of their light; gather_point is the slot
   std::vector<AirPoint> air;
+  VolumeSegments in_media, indirect_in_media;  ///< by the layer; target is the slot
 
   void clear();
   void append(const PathLookups& other);

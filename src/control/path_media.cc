@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "control/path_policy.h"
+#include "gather/medium_walk.h"
 
 namespace glowworm {
 
@@ -12,6 +13,7 @@ PathPolicy::End PathPolicy::cross(Hit& hit) {
     if (!medium) return true;
     const LitSegment segment(*medium, state_, length);
     add_segment_light(segment);
+    add_lookup(*medium, length);
     const MediumSample sample = sample_medium(*medium, state_.ray, length, state_.throughput, sampler_.next2());
     if (!is_black(sample.emitted))
       radiance_.add(history_.with_medium().part(radiance_), slot_, state_.throughput * sample.emitted,
@@ -59,6 +61,16 @@ void PathPolicy::add_segment_light(const LitSegment& segment) {
   const float weight = balance_heuristic(1, light.sample.pdf, 1, others * light.by_transmittance);
   lights_.add(history_.with_medium().part(radiance_), slot_, state_.throughput * light.weight,
               scattered_light(light.sample, light.vertex, weight));
+}
+
+/// Looks up the light that photons bring to a piece of the path's way.
+void PathPolicy::add_lookup(const Medium& medium, float length) {
+  // It has met one surface at least, and the medium scatters it.
+  if (!lookups_ || bounce_ + 1 >= settings_.max_bounces) return;
+  std::vector<RGB>& part = history_.with_medium().part(radiance_);
+  VolumeSegments& segments = &part == &radiance_.medium ? lookups_->in_media : lookups_->indirect_in_media;
+  MediumWalk(tracer_, radiance_, lights_, segments, true)
+      .add_light(medium, state_, length, {&part, slot_, true}, sampler_);
 }
 
 }  // namespace glowworm

@@ -35,6 +35,7 @@ class PathPolicy {
   bool scatter(const Vertex& vertex);
   void add_sampled_light(const Vertex& vertex);
   void add_lookup(const Vertex& vertex);
+  void add_lookup(const Medium& medium, float length);
   bool go_on(const Vertex& vertex);
   bool survives();
 

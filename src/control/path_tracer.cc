@@ -87,6 +87,10 @@ class PathPass {
   void look_up() {
     look_up(found_.caustic, radiance_.caustic);
     look_up(found_.indirect, radiance_.indirect);
+    add_light_of_media(maps_->in_media(), found_.in_media, found_light_, radiance_.medium, radiance_.groups,
+                       statistics_);
+    add_light_of_media(maps_->in_media(), found_.indirect_in_media, found_light_, radiance_.indirect, radiance_.groups,
+                       statistics_);
     add_air_light(tracer_, maps_->air(), found_.air, radiance_, radiance_.caustic, statistics_);
     if (images_) add_image_light(tracer_, *images_, found_.air, radiance_, radiance_.caustic, statistics_);
   }

@@ -1,7 +1,7 @@
 // The path tracer, the reference for photon mapping. It is unbiased, except for light that mirrors or glass bend from
 // lights without size: no path from the viewer meets such a light, and shadow rays end at the surface that bends it.
-// Photons bring it, looked up at each broad bounce; a render with new photons and smaller radii for each sample
-// converges to it, too.
+// Photons bring it, looked up at each broad bounce and along the ways through media; a render with new photons and
+// smaller radii for each sample converges to it, too.
 #pragma once
 #include "core/statistics.h"
 #include "gather/point_pass.h"

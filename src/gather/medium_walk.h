@@ -27,9 +27,10 @@ class MediumWalk {
   };
   /// Takes a path to the surface that it meets, or out of the scene. Returns false if nothing comes from there.
   bool cross(PathState& path, Hit& hit, RayOrder order, const Target& target, Sampler& sampler);
+  /// Adds the light of a piece of a path, metres long. The path stays at its start.
+  void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
 
  private:
-  void add_light(const Medium& medium, const PathState& path, float length, const Target& target, Sampler& sampler);
   void sample_lamps(const LitSegment& segment, RGB throughput, const Target& target, float places, Sampler& sampler);
   void add_segments(const Medium& medium, const PathState& path, float length, RGB throughput, const Target& target,
                     float random);

@@ -112,16 +112,7 @@ class PassRenderer {
   void look_up_media(const VolumeSegments& segments, std::vector<RGB>& target) {
     if (segments.size() == 0) return;
     const VolumeMaps& maps = settings_.query_points_alone ? maps_.signed_media() : maps_.in_media();
-    for (std::size_t group = 0; group < maps.group_count(); ++group) {
-      memory_.found.assign(segments.size(), RGB());
-      maps.estimate(group, segments, memory_.found, statistics_);
-      const PhaseTimer timer(statistics_, Phase::completion);
-      for (std::size_t i = 0; i < segments.size(); ++i) {
-        const RGB light = segments.weight[i] * memory_.found[i];
-        target[segments.target[i]] += light;
-        if (settings_.light_groups) out_.radiance.groups[group][segments.target[i]] += light;
-      }
-    }
+    add_light_of_media(maps, segments, memory_.found, target, out_.radiance.groups, statistics_);
     memory_.segments.clear();
   }
 

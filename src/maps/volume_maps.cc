@@ -190,4 +190,19 @@ void VolumeMaps::estimate(std::size_t group, const VolumeSegments& segments, std
   if (!of.beams.empty()) of.beams.estimate(segments, found, statistics);
 }
 
+void add_light_of_media(const VolumeMaps& maps, const VolumeSegments& segments, LargeVector<RGB>& found,
+                        std::vector<RGB>& target, std::span<std::vector<RGB>> groups, Statistics& statistics) {
+  if (segments.size() == 0) return;
+  for (std::size_t group = 0; group < maps.group_count(); ++group) {
+    found.assign(segments.size(), RGB());
+    maps.estimate(group, segments, found, statistics);
+    const PhaseTimer timer(statistics, Phase::completion);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const RGB light = segments.weight[i] * found[i];
+      target[segments.target[i]] += light;
+      if (!groups.empty()) groups[group][segments.target[i]] += light;
+    }
+  }
+}
+
 }  // namespace glowworm

@@ -47,6 +47,11 @@ struct MediaMaps {
   bool is_sampled = false;  ///< whether `signed_sample` was wanted
 };
 
+/// Adds the light that photons in media bring to segments to their targets, and that of each group to `groups`.
+/// @param groups empty, or as many as the maps have @param found memory of the caller
+void add_light_of_media(const VolumeMaps& maps, const VolumeSegments& segments, LargeVector<RGB>& found,
+                        std::vector<RGB>& target, std::span<std::vector<RGB>> groups, Statistics& statistics);
+
 /// Measures radii, corrects kernels at boundaries, and makes the indices. Empty in scenes without media.
 /// @param sampled whether to make MediaMaps::signed_sample, too (Phase::photon_noise)
 MediaMaps make_media_maps(const Tracer& tracer, const MediaPhotons& photons, const IndexInputs& inputs, bool sampled,

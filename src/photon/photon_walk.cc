@@ -101,6 +101,13 @@ void PhotonWalk::keep_weakened(const Medium& medium, const LightPath& path, floa
   keep_segment(path, {inside.last, length}, before * weight, {}, chunk);
 }
 
+/// Whether a path leaves photons in media now. Paths that look photons up find all light but that of lamps without size
+/// behind mirrors and glass.
+bool PhotonWalk::is_wanted_in_media(const LightPath& path) const {
+  if (pass_.choice == PhotonChoice::all) return !is_straight_from_lamp(path.bounces);
+  return pass_.choice == PhotonChoice::unseen_by_paths && !pass_.discs && leaves(pass_.choice, path.bounces);
+}
+
 /// Takes a path along a piece of its way, and keeps it as beams and a photon. @param medium null: vacuum
 MediumSample PhotonWalk::cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
                                      PhotonChunk& chunk) const {
@@ -115,10 +122,9 @@ MediumSample PhotonWalk::cross_piece(const Medium* medium, LightPath& path, floa
     keep_weakened(*medium, path, length, sample.weight, chunk);
   else
     keep_segment(path, {0, flown}, before, {}, chunk);
-  const bool is_stored =
-      pass_.choice == PhotonChoice::all && !is_straight_from_lamp(path.bounces) && !is_black(medium->sigma_s);
   const RGB after = before * sample.weight;
-  if (is_stored) store(*medium, path, flown, sample.scatters ? after : RGB(0.0f), sampler.next1(), chunk);
+  if (is_wanted_in_media(path) && !is_black(medium->sigma_s))
+    store(*medium, path, flown, sample.scatters ? after : RGB(0.0f), sampler.next1(), chunk);
   // What scatters has arrived, with all of its flux.
   add(chunk.balance.arrived, sample.scatters ? before : before - after);
   path.throughput = after;

@@ -25,6 +25,7 @@ class PhotonWalk {
   bool is_from_image(const LightPath& path) const;
   void keep_segment(const LightPath& path, MediumSpan piece, RGB flux, RGB absorption, PhotonChunk& chunk) const;
   void keep_weakened(const Medium& medium, const LightPath& path, float length, RGB weight, PhotonChunk& chunk) const;
+  bool is_wanted_in_media(const LightPath& path) const;
   MediumSample cross_piece(const Medium* medium, LightPath& path, float length, Sampler& sampler,
                            PhotonChunk& chunk) const;
   void store(const Medium& medium, const LightPath& path, float length, RGB scattered, float u,

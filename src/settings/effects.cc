@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "bsdf/bsdf.h"
-#include "photon/material_lobes.h"
 
 namespace glowworm {
 
@@ -61,20 +60,10 @@ std::vector<bool> find_used(const Scene& scene) {
   return used;
 }
 
-/// Whether the path tracer misses light in media.
-bool is_lost_in_media(const Scene& scene) {
-  const auto& media = scene.media();
-  const bool scatters = std::any_of(media.begin(), media.end(), [](const Medium& m) { return !is_black(m.sigma_s); });
-  return scatters && bends_delta_lights(scene);
-}
-
 }  // namespace
 
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings) {
   std::vector<std::string> notes;
-  if (settings.integrator == Integrator::path && is_lost_in_media(scene))
-    notes.emplace_back(
-        "media miss the light of lamps without size that mirrors or glass bend; --integrator gather has it");
   if (settings.integrator != Integrator::gather) return notes;
   const std::size_t first = notes.size();
   const std::vector<bool> used = find_used(scene);

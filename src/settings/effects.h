@@ -9,8 +9,8 @@
 namespace glowworm {
 
 /// One line for each material in use that makes caustics, like 'roughness 0.02 on "glass": caustics on', with the
-/// reason if the settings leave them out. Before these, a line for light in media that the integrator does not find.
-/// Roughness is the GGX alpha; the last line summarises the rest if there are many materials.
+/// reason if the settings leave them out. Roughness is the GGX alpha; the last line summarises the rest if there are
+/// many materials.
 std::vector<std::string> effect_notes(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace glowworm

@@ -12,7 +12,6 @@
 #include "media/media_testing.h"
 #include "session/camera_control.h"
 #include "session/session_testing.h"
-#include "settings/effects.h"
 #include "support/temporary_folder.h"
 
 namespace glowworm {
@@ -165,12 +164,38 @@ TEST(MediaSensors, AreLitAsByPaths) {
   }
 }
 
-TEST(MediaNotes, SayWhatLightIsMissing) {
-  const Scene scene(glass_in_gas());
-  RenderSettings settings;
-  settings.integrator = Integrator::path;
-  EXPECT_THAT(effect_notes(scene, settings),
-              testing::ElementsAre(testing::HasSubstr("media miss the light of lamps without size")));
+/// Fog over a perfect mirror, or the fog and its image without a mirror, with a lamp without size in it.
+SceneDescription fog_over_mirror(bool mirrored) {
+  SceneDescription d;
+  add_medium_box(d, {-2, -2, mirrored ? -0.5f : -1.0f}, {2, 2, 1}, medium_of(1, 0.8f, 0.3f));
+  if (mirrored) {
+    Material mirror;
+    mirror.kind = MaterialKind::conductor;
+    mirror.use_reflectance = true;
+    mirror.reflectance.value = RGB(1.0f);
+    d.materials.push_back(mirror);
+    add_quad(d, {-60, -60, 0}, {120, 0, 0}, {0, 120, 0}, static_cast<std::uint32_t>(d.materials.size() - 1));
+  }
+  for (const float side : {1.0f, -1.0f}) {
+    Light lamp;
+    lamp.position = {0.3f, 0.2f, 0.6f * side};
+    lamp.intensity = RGB(3.0f);
+    if (side > 0 || !mirrored) d.lights.push_back(lamp);
+  }
+  d.cameras.push_back(look_at({0.3f, -5, 0.6f}, {0.1f, 0, 0.5f}, {0, 0, 1}, 24));
+  return d;
+}
+
+/// No path meets the image of a lamp without size; photons bring its light to the fog.
+TEST(MediaPaths, FindTheLightOfLampsWithoutSizeInMirrors) {
+  const auto light = [](bool mirrored) {
+    const Film film = Stage(fog_over_mirror(mirrored)).render(by_path(8, 256));
+    double sum = 0;
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) sum += luminance(film.radiance(i, false));
+    return sum;
+  };
+  const double image = light(false), mirror = light(true);
+  EXPECT_NEAR(mirror, image, 0.03 * image);
 }
 
 /// The filter averages light of media, too.
