@@ -16,8 +16,8 @@ constexpr std::size_t kRegionPoints = 128;
 /// Normals of a region whose components differ by more are divided, whatever their number.
 constexpr float kNormalSpread = 0.5f;
 constexpr std::size_t kMinPoints = 16;
-/// Rays of each cell that a region takes from the region around it.
-constexpr double kBorrowedRays = 4;
+/// Rays of each square of cells, and of each cell, that a region takes from the region around it.
+constexpr double kBorrowedRays = 8;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
 
@@ -93,6 +93,10 @@ class GatherGuide::Learner {
   }
 
  private:
+  /// Squares of cells along a side, and cells along the side of a square.
+  static constexpr std::size_t kStrata = 8, kStep = kSide / kStrata;
+  static constexpr std::size_t kSquares = kStrata * kStrata, kCellsOfSquare = kStep * kStep;
+
   /// Of the light of rays in each cell.
   struct Moments {
     std::array<double, kCells> mean{}, square{};
@@ -109,6 +113,26 @@ class GatherGuide::Learner {
     return axis < 3 ? rays_.position[point][axis] : rays_.normal[point][axis - 3];
   }
 
+  static std::size_t square_of(std::size_t cell) { return cell / kSide / kStep * kStrata + cell % kSide / kStep; }
+
+  /// Makes sums means. Squares of cells take rays from the region around. Cells take the shares of their squares that
+  /// they have there, because few rays of a region meet each cell.
+  static void find_means(std::array<double, kCells>& sum, const std::array<double, kCells>& around,
+                         const std::array<double, kCells>& count) {
+    std::array<double, kSquares> own{}, rays{}, before{};
+    for (std::size_t i = 0; i < kCells; ++i) {
+      own[square_of(i)] += sum[i];
+      rays[square_of(i)] += count[i];
+      before[square_of(i)] += around[i] / kCellsOfSquare;
+    }
+    for (std::size_t i = 0; i < kCells; ++i) {
+      const std::size_t q = square_of(i);
+      const double mean = (own[q] + kBorrowedRays * before[q]) / (rays[q] + kBorrowedRays);
+      const double expected = before[q] > 0 ? around[i] * mean / before[q] : 0;
+      sum[i] = (sum[i] + kBorrowedRays * expected) / (count[i] + kBorrowedRays);
+    }
+  }
+
   /// @param counts whether a point does
   template <typename Counts>
   Moments moments(std::span<const std::uint32_t> points, const Moments& around, Counts&& counts) const {
@@ -123,10 +147,8 @@ class GatherGuide::Learner {
         m.square[rays_.cell[i]] += light * light;
       }
     }
-    for (std::size_t i = 0; i < kCells; ++i) {
-      m.mean[i] = (m.mean[i] + kBorrowedRays * around.mean[i]) / (count[i] + kBorrowedRays);
-      m.square[i] = (m.square[i] + kBorrowedRays * around.square[i]) / (count[i] + kBorrowedRays);
-    }
+    find_means(m.mean, around.mean, count);
+    find_means(m.square, around.square, count);
     return m;
   }
 
@@ -196,10 +218,16 @@ class GatherGuide::Learner {
     return density;
   }
 
-  /// Rays are stratified, so their variance is that within cells.
+  /// The rays of a pixel are stratified, as finely as squares of cells, so their variance is that within squares.
   static double variance(const Moments& m, const Density& density) {
+    std::array<double, kSquares> square{}, mean{}, rays{};
+    for (std::size_t i = 0; i < kCells; ++i) {
+      square[square_of(i)] += m.square[i] / density[i];
+      mean[square_of(i)] += m.mean[i];
+      rays[square_of(i)] += density[i];
+    }
     double sum = 0;
-    for (std::size_t i = 0; i < kCells; ++i) sum += std::max(m.square[i] - m.mean[i] * m.mean[i], 0.0) / density[i];
+    for (std::size_t q = 0; q < kSquares; ++q) sum += std::max(square[q] - mean[q] * mean[q] / rays[q], 0.0);
     return sum;
   }
 

@@ -17,10 +17,10 @@ inline constexpr std::uint32_t kNoTable = 0xffffffff;
 
 /// A density over the unit square, bilinear between the corners of the cells of a grid.
 struct GuideTable {
-  static constexpr std::size_t kSide = 8;  ///< cells along a side
-  float density[kSide + 1][kSide + 1];     ///< at the corners, row by row; the mean over the square is 1
-  float columns[kSide + 1][kSide + 1];     ///< integral along a row of corners up to each corner, in cells
-  float rows[kSide + 1];                   ///< integral of columns[][kSide] up to each row, in cells
+  static constexpr std::size_t kSide = 16;  ///< cells along a side
+  float density[kSide + 1][kSide + 1];      ///< at the corners, row by row; the mean over the square is 1
+  float columns[kSide + 1][kSide + 1];      ///< integral along a row of corners up to each corner, in cells
+  float rows[kSide + 1];                    ///< integral of columns[][kSide] up to each row, in cells
 
   /// Warps a point of the square so that it has the density of the table; returns 1 over the density there.
   float warp(float& x, float& y) const;

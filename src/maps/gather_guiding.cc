@@ -157,7 +157,7 @@ GuideRays unpacked_rays(std::span<const std::byte> bytes) {
           rays.light.size() == points * kRaysEach);
   for (const auto* vectors : {&rays.position, &rays.normal})
     for (const Vec3& v : *vectors) require(is_finite(v));
-  for (const std::uint8_t cell : rays.cell) require(cell < GatherGuide::kSide * GatherGuide::kSide);
+  static_assert(GatherGuide::kSide * GatherGuide::kSide == 256);  // so that every byte is a cell
   for (const float light : rays.light) require(std::isfinite(light));
   return rays;
 }
