@@ -19,11 +19,24 @@ PathPolicy::End PathPolicy::cross(Hit& hit) {
       radiance_.add(history_.with_medium().part(radiance_), slot_, state_.throughput * sample.emitted,
                     scene_.source_of_medium(state_.medium.index));
     state_.throughput *= sample.weight;
+    if (sample.scatters && bounce_ == 0) see_behind(hit);
     if (sample.scatters) scatters = scatter_in(*medium, segment, sample.distance);
     return !sample.scatters;
   });
   met_at_ = state_.ray.origin + state_.ray.direction * hit.distance;
   return arrives ? End::surface : scatters ? End::scattering : End::nothing;
+}
+
+/// Notes the first surface on the straight way of a camera ray that scatters before. @param hit of the path's ray
+void PathPolicy::see_behind(Hit hit) {
+  PathState path = state_;
+  travel(tracer_, path, hit, order(), [](const Medium*, float) { return true; });
+  first_hit_.see(slot_, hit, length(path.ray.origin - start_at_) + length_to(hit));
+  if (hit.triangle == kNone) return;
+  Vertex vertex = vertex_at(scene_, path.ray, hit);
+  vertex.media = media_at(scene_, path.medium, hit.triangle, vertex.wo);
+  resolve_material(scene_, vertex, path.throughput, [&] { return sampler_.next1(); });
+  first_hit_.see(slot_, vertex);
 }
 
 /// Scatters the path in a medium; false if it ends.

@@ -28,6 +28,7 @@ class PathPolicy {
   void follow(int first_bounce);
   RayOrder order() const { return bounce_ == 0 ? RayOrder::camera : RayOrder::incoherent; }
   End cross(Hit& hit);
+  void see_behind(Hit hit);
   bool scatter_in(const Medium& medium, const LitSegment& segment, float distance);
   void add_segment_light(const LitSegment& segment);
   template <typename Density>

@@ -198,6 +198,23 @@ TEST(MediaPaths, FindTheLightOfLampsWithoutSizeInMirrors) {
   EXPECT_NEAR(mirror, image, 0.03 * image);
 }
 
+/// Layers show the surface behind fog, for paths that scatter before it, too.
+TEST(MediaPaths, SeeTheFirstSurfaceBehindFog) {
+  SceneDescription d;
+  add_medium_box(d, {-3, -1, -3}, {3, 1, 3}, medium_of(1, 0.5f));
+  add_quad(d, {-4, 3, -4}, {0, 0, 8}, {8, 0, 0}, add_material(d, 0.4f));
+  d.cameras.push_back(look_at({0, -5, 0}, {0, 0, 0}, {0, 0, 1}, 8));
+  d.environment = Environment{};
+  RenderSettings settings = by_path(4, 8);
+  const Film film = Stage(std::move(d)).render(settings);
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    EXPECT_NEAR(film.mean(Film::Layer::albedo, i).r, 0.4f, 1e-4f) << i;
+    EXPECT_NEAR(film.mean(Film::Layer::normal, i).g, -1, 1e-4f) << i;
+    EXPECT_NEAR(film.depth(i), 8.02f, 0.02f) << i;
+    EXPECT_EQ(film.coverage(i), 1) << i;
+  }
+}
+
 /// The filter averages light of media, too.
 TEST(MediaFilter, TakesNoiseOffTheLightOfMedia) {
   const Stage stage(foggy_floor(false));
