@@ -68,9 +68,9 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
   if (!film_) {
     const PixelBounds bounds{0, 0, width, height};
     // With moments in any case, so that the filter may be turned on while the view rests.
-    reservation_ =
-        std::make_unique<Reservation>(budget_, "image", Film::bytes(bounds, true, {.surface_samples = true}, true));
-    film_.emplace(bounds, part == LightPart::indirect, true, PlaceLayers{.surface_samples = true}, true);
+    const PlaceLayers places{.surface_samples = true, .medium = !pass.radiance.medium.empty()};
+    reservation_ = std::make_unique<Reservation>(budget_, "image", Film::bytes(bounds, true, places, true));
+    film_.emplace(bounds, part == LightPart::indirect, true, places, true);
     diagnosis_.assign(pass.diagnosis.size(), RGB());
   }
   SlotRadiance& light = pass.radiance;
@@ -80,6 +80,7 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
     leave_out(light.emitted);
     leave_out(light.surface_emitted);
     leave_out(light.indirect);
+    leave_out(light.medium);
     leave_out(part == LightPart::direct ? light.caustic : light.direct);
   }
   film_->add(CameraTask{0, 0, width, height, count_, 1}, light, pass.first_hit, Geometry());
