@@ -198,20 +198,6 @@ TEST(MediaPaths, FindTheLightOfLampsWithoutSizeInMirrors) {
   EXPECT_NEAR(mirror, image, 0.03 * image);
 }
 
-/// A resting view is filtered by the layers of its light.
-TEST(MediaFrames, KeepTheLightOfMediaInTheFilter) {
-  const Stage stage(foggy_floor(false));
-  const auto light = [&](bool filter) {
-    Session session(stage.scene, {});
-    ViewState state = small_state(session);
-    state.filter = filter;
-    for (int i = 0; i < 5; ++i) session.next_frame(state, i / 30.0);
-    return mean_luminance(session.next_frame(state, 1));
-  };
-  const double plain = light(false), filtered = light(true);
-  EXPECT_NEAR(filtered, plain, 0.1 * plain);
-}
-
 /// Layers show the surface behind fog, for paths that scatter before it, too.
 TEST(MediaPaths, SeeTheFirstSurfaceBehindFog) {
   SceneDescription d;
