@@ -22,7 +22,10 @@ float length_of_text(const char* option, const std::string& text) {
 void add_haze(SceneDescription& scene, float visibility) {
   // Fine droplets absorb little, and scatter forwards.
   constexpr float kContrast = 3.912f, kAlbedo = 0.98f, kMeanCosine = 0.7f, kMargin = 0.02f;
-  if (scene.geometry.triangle_count() == 0) return;
+  if (scene.geometry.triangle_count() == 0) {
+    scene.notes.push_back("--haze has no effect: the scene has no surface");
+    return;
+  }
   if (scene.ambient_medium != kNone)
     scene.notes.push_back(
         fmt::format("--haze replaces the medium \"{}\" around the scene", scene.media[scene.ambient_medium].name));
@@ -33,6 +36,8 @@ void add_haze(SceneDescription& scene, float visibility) {
   haze.g = kMeanCosine;
   Box3 box = scene.geometry.bounds();
   for (const Camera& camera : scene.cameras) box.grow(camera.to_world.translation);
+  for (const Light& light : scene.lights)
+    if (light.kind != LightKind::directional) box.grow(light.position);
   const float margin = kMargin * length(box.diagonal());
   haze.bounds = Box3{box.min - Vec3{margin, margin, margin}, box.max + Vec3{margin, margin, margin}};
   scene.ambient_medium = static_cast<std::uint32_t>(scene.media.size());

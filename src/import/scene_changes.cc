@@ -193,8 +193,8 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   if (z_up != d.z_up || changes.metres_per_unit != 1) change_space(d, z_up, changes.metres_per_unit);
   if (!changes.view_file.empty()) add_views(d, changes.view_file, *budget);
   change_cameras(d, changes);
-  if (changes.visibility > 0) add_haze(d, changes.visibility);
   for (const std::string& text : changes.luminaires) d.lights.push_back(luminaire_of_text(text, d.z_up, d.origin));
+  if (changes.visibility > 0) add_haze(d, changes.visibility);
   if (changes.luminous_openings) add_luminous_openings(d);
   if (!changes.sky.empty()) {
     add_sky(changes.sky, d);

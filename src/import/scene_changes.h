@@ -57,7 +57,7 @@ std::span<const SceneOption> scene_options();
 /// lat-long map. Throws Error if the file is missing or not an image, and MemoryError if it exceeds the budget.
 Environment read_environment(const std::string& path, const std::shared_ptr<MemoryBudget>& budget);
 
-/// Applies the changes: first the axis and the unit, then the cameras, haze, luminaires and environment. Adds a default
+/// Applies the changes: first the axis and the unit, then the cameras, luminaires, haze and environment. Adds a default
 /// camera if a camera change is requested and the scene has none. Throws Error if a file cannot be read.
 void change_scene(SceneDescription& scene, const SceneChanges& changes, const std::shared_ptr<MemoryBudget>& budget);
 

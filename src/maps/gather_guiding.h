@@ -11,7 +11,7 @@ namespace glowworm {
 std::uint64_t gather_guide_bytes(double pixels, std::uint32_t gather, bool of_points);
 
 /// Traces gather rays from a coarse picture of the view, or from its points, and learns where they find light. There
-/// are half as many as for one sample of the whole picture, at least 65,536 from points, and at most a million. A
+/// are half as many as for one sample of the whole picture, at least 65,536 from points, and at most half a million. A
 /// quarter of them is traced first; if the guide would gain little by them, the others are not traced, and rays are not
 /// guided. The guide depends neither on the part of the picture that is rendered nor on the number of threads or the
 /// budget. Points have none unless PointGrid::learns.

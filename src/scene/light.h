@@ -74,8 +74,6 @@ enum class EnvironmentMapping : std::uint8_t {
   equal_area,  ///< Clarberg's octahedral equal-area map, as pbrt-v4 uses it (u, v of the file, first row v = 0)
 };
 
-/// Light from infinitely far in all directions. Radiance is `scale` times the sky's or the image's, or
-/// `scale` without either.
 /// A division of the environment by direction into light sources of their own.
 struct EnvironmentParts {
   std::uint32_t count = 1;
@@ -83,6 +81,8 @@ struct EnvironmentParts {
   std::function<std::uint32_t(Vec3)> part_of;
 };
 
+/// Light from infinitely far in all directions. Radiance is `scale` times the sky's or the image's, or
+/// `scale` without either.
 struct Environment {
   std::string name;
   RGB scale{1.0f};  ///< W sr^-1 m^-2

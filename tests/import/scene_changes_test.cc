@@ -219,16 +219,24 @@ TEST(HazeTest, SurroundsSurfacesAndCamerasByItsVisibility) {
   for (const SceneOption& option : scene_options())
     if (std::string_view(option.name) == "--haze") option.read(changes, "0.2km");
   SceneDescription d = small_scene();
+  Light lamp;
+  lamp.position = {0, -20, 0};
+  d.lights.push_back(lamp);
   change_scene(d, changes, std::make_shared<MemoryBudget>());
   ASSERT_EQ(d.ambient_medium, 0u);
   const Medium& haze = d.media.at(0);
   EXPECT_NEAR(haze.sigma_a.g + haze.sigma_s.g, 3.912f / 200, 1e-6f);
-  for (const Vec3 place : {Vec3{2, 1, 0}, Vec3{0, 1, 5}})
+  for (const Vec3 place : {Vec3{2, 1, 0}, Vec3{0, 1, 5}, lamp.position})
     EXPECT_GT(medium_point(haze, place).sigma_s.r, 0.9f * 3.912f / 200);
   EXPECT_EQ(medium_point(haze, {0, 9, 0}).sigma_s.r, 0);
   for (const char* text : {"", "m", "0", "-3m", "nan", "inf", "5 furlongs"}) {
     EXPECT_THROW(length_of_text("--haze", text), Error) << text;
   }
+  SceneDescription bare;
+  bare.lights.push_back(lamp);
+  change_scene(bare, changes, std::make_shared<MemoryBudget>());
+  EXPECT_EQ(bare.ambient_medium, kNone);
+  EXPECT_THAT(bare.notes, testing::Contains(testing::HasSubstr("--haze has no effect")));
   EXPECT_EQ(length_of_text("--haze", "12.5m"), 12.5f);
 }
 

@@ -180,6 +180,7 @@ TEST(PbrtMedia, MistakesAreErrorsWithTheirPlace) {
            grid + "\"float density\" [1 2] \"integer nz\" -1",
            grid + "\"float density\" [1 2] \"rgb Le\" [1 1 1] \"float Lescale\" [1]",
            grid + "\"float temperature\" [900 900] \"rgb Le\" [1 1 1]",
+           grid + "\"float temperature\" [900 900] \"float LeScale\" 10",
            std::string("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [1 1 1 1 1 1]"),
            std::string("\"string type\" \"rgbgrid\""),
            std::string("\"string type\" \"cloud\" \"float frequency\" -1"),

@@ -154,11 +154,15 @@ class MediumBuilder {
     constexpr float kLeast = 100, kMost = 1e7f;  // K: pbrt-v4 shows nothing colder
     const float offset = parameters_.real("temperatureoffset", parameters_.real("temperaturecutoff", 0));
     const float factor = parameters_.real("temperaturescale", 1);
+    if (!scales.empty() && scales.size() != temperatures.size())
+      return parameters_.error(
+          fmt::format("{} values of LeScale for {} temperatures", scales.size(), temperatures.size()),
+          "Give one for each.");
     if (!temperatures.empty())
       parameters_.note("between cells, colours are interpolated in place of temperatures: medium with temperatures");
     for (std::size_t i = 0; i < temperatures.size(); ++i) {
       const float kelvin = (temperatures[i] - offset) * factor;
-      const float scale = i < scales.size() ? scales[i] : 1;
+      const float scale = scales.empty() ? 1 : scales[i];
       if (kelvin > kLeast) {
         const RGB color = blackbody_rgb_of_peak(std::min(kelvin, kMost)) * scale;
         // Red of low temperatures lies outside the triangle of colours.
