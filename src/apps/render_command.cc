@@ -86,7 +86,6 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   TevStream tev(helps ? "" : o.tev);
   const std::shared_ptr<SceneMotion> motion = motion_of(o.sequence, o.scene, o.changes.changes.moment, o.settings);
   const Opened opened = open_render(o, files, helps, motion);
-  check_blur(o, motion.get(), ranks != nullptr);
   if (o.outputs.empty()) {
     name_outputs(o, opened.scene->film());
     if (!helps) prepare_outputs(o, files);

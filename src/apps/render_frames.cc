@@ -172,19 +172,21 @@ class FrameRenderer {
   }
 
   /// Learns what moments with the light of the first one are guided by, in the scene at that moment: once, and only
-  /// where more than the camera moves.
-  int learn_guides(RenderOptions o) {
+  /// where more than the camera moves. Returns false if Ctrl-C ends it.
+  bool learn_guides(RenderOptions o) try {
     const bool learns = sequence_.changes() && o.settings.integrator != Integrator::path;
-    if (!learns || kept_.guides || !sequence_.starts_lit()) return 0;
+    if (!learns || kept_.guides || !sequence_.starts_lit()) return true;
     const LitScene& lit = sequence_.scene_at({0, 0});
     shown_.scene = lit.scene;
     shown_.tracer = lit.tracer;
     sequence_.set_moment({0, 0}, o.settings);
     o.settings.only_maps = true;
     o.resume.clear();
-    const int status = render(o, Purpose::maps);
-    if (status == 0) kept_.guides = *kept_.maps;
-    return status;
+    render(o, Purpose::maps);
+    kept_.guides = *kept_.maps;
+    return true;
+  } catch (const Cancelled&) {
+    return false;
   }
 
   /// Shows a moment; makes what is kept fit another scene than that of the job before.
@@ -232,10 +234,10 @@ class FrameRenderer {
     const std::size_t count = moments.rendered.size();
     shown_.start = Clock::now();
     std::size_t first = slice_to_resume(o.resume, moments.of_samples);
-    if (const int status = learn_guides(o); status != 0) return status;
     // If all slices are done, the last job has no samples to take, and finishes the picture.
     if (sharers) first = std::min(share_moments(o, moments, *sharers), count - 1);
     if (sharers && helps_) return 0;
+    if (!learn_guides(o)) return end_without_picture(o);
     for (std::size_t i = first; i < count; ++i) {
       show(moments.rendered[i], i == first && !sharers);
       o.settings = moments.each[i];
@@ -269,9 +271,11 @@ class FrameRenderer {
     std::optional<Film> sum;
     std::size_t added = 0;
     bool begins = true;
+    const RenderOptions whole = o;
     o.preview = false;
     const auto make = [&](std::size_t piece) {
       const std::size_t i = piece / pieces_each;
+      if (!learn_guides(whole)) throw Cancelled();
       show(moments.rendered[i], std::exchange(begins, false));
       o.settings = moments.each[i];
       o.settings.part = part_of(piece);
@@ -325,18 +329,23 @@ class FrameRenderer {
   FrameLights lights_;
 };
 
-/// Why a picture, or the frames, cannot have motion blur; "" if they can.
-std::string reason_against_blur(const RenderOptions& o, bool has_ranks) {
-  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0, is_frames = o.sequence.is_given();
-  const bool is_part = !is_frames && !o.settings.part.is_all(), by_ranks = !is_frames && has_ranks;
-  if (open_ended && (o.resumes || is_part || by_ranks))
-    return "--time and --noise find the number of samples by tries, so they do not go with --resume, --part or ranks";
-  if (by_ranks && (o.resumes || is_part))
-    return "ranks divide the slices of time, so they do not go with --resume or --part";
-  return "";
+/// Throws CommandLineError if options do not go with one picture with motion blur.
+void check_blur(const RenderOptions& o, bool has_ranks) {
+  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0;
+  const bool is_part = !o.settings.part.is_all();
+  std::string reason;
+  if (open_ended && (o.resumes || is_part || has_ranks))
+    reason = "--time and --noise find the number of samples by tries, so they do not go with --resume, --part or ranks";
+  else if (has_ranks && (o.resumes || is_part))
+    reason = "ranks divide the slices of time, so they do not go with --resume or --part";
+  if (!reason.empty())
+    throw CommandLineError("no motion blur: " + reason,
+                           o.sequence.shutter.empty()
+                               ? "Leave out what does not go with the shutter of the file, or give --shutter 0."
+                               : "Leave out --shutter, or what it does not go with.");
 }
 
-/// Divides work among ranks, if there are some. Returns the exit status.
+/// Divides work among ranks, if there are some. Returns the exit status, which is rank 0's alone to tell.
 /// @param settings that all ranks must have
 int by_ranks(const std::shared_ptr<Ranks>& ranks, const Scene& scene, const RenderSettings& settings,
              const std::function<int(SharedWork*)>& work) {
@@ -345,7 +354,8 @@ int by_ranks(const std::shared_ptr<Ranks>& ranks, const Scene& scene, const Rend
   if (ranks->rank() > 0) {
     RankWorker worker(ranks);
     worker.introduce(key);
-    return work(&worker);
+    work(&worker);
+    return 0;
   }
   Crew crew(ranks);
   crew.check(key);
@@ -372,17 +382,6 @@ int share_frames(const RenderOptions& o, FrameRenderer& renderer, const std::vec
 
 }  // namespace
 
-void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks) {
-  const std::string reason = reason_against_blur(o, has_ranks);
-  if (reason.empty()) return;
-  const bool asked = !o.sequence.shutter.empty() && parse_shutter(o.sequence.shutter) != Shutter();
-  if (asked) throw CommandLineError("no motion blur: " + reason, "Leave out --shutter, or what it does not go with.");
-  if (motion && motion->slice_count() > 0) {
-    inform("note: no motion blur: " + reason);
-    motion->shutter.reset();
-  }
-}
-
 Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion) {
   const auto open_at = [&o, import_options = opened.import, named = opened.named](double seconds) {
     SceneChanges changes = o.changes.changes;
@@ -395,6 +394,7 @@ Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_p
 
 int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev,
                    const std::shared_ptr<Ranks>& ranks) {
+  check_blur(o, ranks != nullptr);
   return by_ranks(ranks, *opened.scene, o.settings, [&](SharedWork* sharers) {
     return FrameRenderer(opened, sequence, files, tev, ranks && ranks->rank() > 0).render_frame(o, 0, sharers);
   });

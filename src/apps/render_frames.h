@@ -12,13 +12,11 @@
 
 namespace glowworm {
 
-/// Takes motion blur out of what cannot have it. Throws CommandLineError if it was asked for.
-void check_blur(const RenderOptions& o, SceneMotion* motion, bool has_ranks);
-
 /// The frames of the options, or the one picture with motion blur.
 Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion);
 
-/// Renders one picture with motion blur, and returns the exit status. @param ranks share the work; null: none
+/// Renders one picture with motion blur, and returns the exit status. Throws CommandLineError if an option does not go
+/// with it, whether the shutter comes from an option or from the file. @param ranks share the work; null: none
 int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev,
                    const std::shared_ptr<Ranks>& ranks);
 

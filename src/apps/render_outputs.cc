@@ -204,7 +204,7 @@ int finish_render(const RenderOptions& o, Job& job, const Tracer& tracer, Output
                   std::chrono::steady_clock::time_point start, const std::exception_ptr& failure) {
   const bool any = has_samples(job.film());
   // A frame whose files exist is not rendered again, so an unfinished one writes none.
-  if (o.sequence.is_given() && job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
+  if (o.sequence.is_given() && job.ending() == Ending::cancelled) return end_without_picture(o);
   if (o.sequence.is_given() && failure) std::rethrow_exception(failure);
   if (failure && !any) std::rethrow_exception(failure);
   write_outputs(o, job, tracer, files, start, any);
@@ -222,6 +222,11 @@ int finish_render(const RenderOptions& o, Job& job, const Tracer& tracer, Output
   files.throw_if_any_failed();
   if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
   return any ? 0 : 1;
+}
+
+int end_without_picture(const RenderOptions& o) {
+  if (!o.sequence.is_given()) warn_of_ending(Ending::cancelled, false);
+  return kExitSignalled + caught_interrupt();
 }
 
 void warn_of_unused_formats(const RenderOptions& o) {

@@ -62,6 +62,10 @@ void keep_preview(const RenderOptions& o, const Job& job, OutputFiles& files);
 int finish_render(const RenderOptions& o, Job& job, const Tracer& tracer, OutputFiles& files,
                   std::chrono::steady_clock::time_point start, const std::exception_ptr& failure);
 
+/// Warns that Ctrl-C came before any sample of the picture; of a frame of a sequence says nothing. Returns the exit
+/// status.
+int end_without_picture(const RenderOptions& o);
+
 /// Warns of options that have no effect on the output formats.
 void warn_of_unused_formats(const RenderOptions& o);
 

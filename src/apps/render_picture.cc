@@ -74,6 +74,59 @@ void look_ahead(BlurGoal& goal, const Job& job) {
   if (next >= kLeastGrowth * goal.samples) goal.next = static_cast<std::uint32_t>(next);
 }
 
+/// The checkpoint of --resume; its key alone, of a rank that helps; nothing if there is none, or a job before has gone
+/// on from it.
+std::optional<Checkpoint> checkpoint_of(const RenderOptions& o, bool helps, Kept* kept) {
+  // All ranks continue with its numbers of photons and rays. Of the slices of time, the first continues.
+  if (o.resume.empty() || (kept && std::exchange(kept->is_resumed, true))) return std::nullopt;
+  if (helps) return read_key_of_checkpoint(o.resume);
+  std::optional<Checkpoint> checkpoint = read_checkpoint(o.resume, o.settings.disk, o.settings.memory_bytes);
+  if (checkpoint) inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
+  return checkpoint;
+}
+
+/// Prints what is rendered: once, before the first samples.
+void describe_once(const RenderOptions& o, const Job& job, const Scene& scene, Kept* kept, Purpose purpose) {
+  if (purpose == Purpose::maps || (kept && std::exchange(kept->is_described, true))) return;
+  RenderSettings whole = job.settings();
+  if (purpose == Purpose::share) whole.part = {};
+  inform(describe(o.table.settings, whole, scene));
+  for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
+  for (const std::string& note : effect_notes(scene, job.settings())) inform("note: " + note);
+}
+
+/// Keeps what a job leaves to the next one. Returns whether this is all that it is for: if not, its picture is written.
+/// Throws the job's failure, or Cancelled, if others need what it should have made.
+bool keep_for_next(const RenderOptions& o, Job& job, Kept& kept, Purpose purpose, const std::exception_ptr& failure) {
+  const bool whole = !failure && job.ending() == Ending::samples_done;
+  if (purpose == Purpose::maps || purpose == Purpose::share) {
+    if (failure) std::rethrow_exception(failure);
+    if (!whole) throw Cancelled();
+  }
+  if (purpose == Purpose::maps) {
+    kept.maps = job.maps();
+    auto learned = std::make_shared<Statistics>();
+    learned->add(job.statistics());
+    kept.learning = std::move(learned);
+    return true;
+  }
+  if (purpose == Purpose::share || (purpose == Purpose::slice && whole)) {
+    kept.maps = job.maps_for_next_slice();
+    return true;
+  }
+  if (purpose == Purpose::picture && kept.goal && whole) {
+    look_ahead(*kept.goal, job);
+    if (kept.goal->next > 0) {
+      kept.maps = job.maps();
+      return true;
+    }
+  }
+  if (o.sequence.reuse > 0 && !failure) kept.light = std::make_shared<const FrameLight>(frame_light(job));
+  if (purpose != Purpose::light || failure || job.ending() == Ending::cancelled) return false;
+  kept.maps = job.maps();
+  return true;
+}
+
 }  // namespace
 
 Opened open_render(RenderOptions& o, OutputFiles& files, bool helps, std::shared_ptr<SceneMotion> motion) {
@@ -113,13 +166,7 @@ void dismiss_ranks(Crew& crew, Ranks& ranks, int status) {
 int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
                    const std::shared_ptr<Ranks>& ranks, Kept* kept, Purpose purpose) {
   const bool helps = ranks && ranks->rank() > 0;
-  std::optional<Checkpoint> checkpoint;
-  // All ranks continue with its numbers of photons and rays. Of the slices of time, the first continues.
-  if (!o.resume.empty() && !(kept && std::exchange(kept->is_resumed, true)))
-    checkpoint =
-        helps ? read_key_of_checkpoint(o.resume) : read_checkpoint(o.resume, o.settings.disk, o.settings.memory_bytes);
-  if (checkpoint && !helps)
-    inform(fmt::format("going on from {}, which holds {} passes", o.resume, checkpoint->passes));
+  std::optional<Checkpoint> checkpoint = checkpoint_of(o, helps, kept);
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
   const std::shared_ptr<const Statistics> learning = kept ? std::exchange(kept->learning, nullptr) : nullptr;
   const double spent_s = learning ? learning->seconds(Phase::total) : 0;
@@ -133,46 +180,12 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   if (learning) job.statistics().add(*learning);
   job.statistics().add_time(Phase::load, opened.load_s);
   job.statistics().add_time(Phase::build_accel, opened.build_s);
-  if (purpose != Purpose::maps && !(kept && std::exchange(kept->is_described, true))) {
-    RenderSettings whole = job.settings();
-    if (purpose == Purpose::share) whole.part = {};
-    inform(describe(o.table.settings, whole, *opened.scene));
-    for (const std::string& note : choice_notes(o.table.settings, job.settings())) detail("chosen: " + note);
-    for (const std::string& note : effect_notes(*opened.scene, job.settings())) inform("note: " + note);
-  }
+  describe_once(o, job, *opened.scene, kept, purpose);
   const std::exception_ptr failure = attend(job, o.report.quiet,
                                             {{1, [&] { keep_checkpoint(o, job, files, purpose == Purpose::slice); }},
                                              {2, [&] { keep_preview(o, job, files); }},
                                              {0.25, [&] { tev.show(job); }}});
-  if (purpose == Purpose::maps && !failure && job.ending() == Ending::samples_done) {
-    kept->maps = job.maps();
-    auto learned = std::make_shared<Statistics>();
-    learned->add(job.statistics());
-    kept->learning = std::move(learned);
-    return 0;
-  }
-  if (purpose == Purpose::share) {
-    if (failure) std::rethrow_exception(failure);
-    if (job.ending() != Ending::samples_done) throw Cancelled();
-    kept->maps = job.maps_for_next_slice();
-    return 0;
-  }
-  if (purpose == Purpose::slice && !failure && job.ending() == Ending::samples_done) {
-    kept->maps = job.maps_for_next_slice();
-    return 0;
-  }
-  if (purpose == Purpose::picture && kept && kept->goal && !failure && job.ending() == Ending::samples_done) {
-    look_ahead(*kept->goal, job);
-    if (kept->goal->next > 0) {
-      kept->maps = job.maps();
-      return 0;
-    }
-  }
-  if (kept && o.sequence.reuse > 0 && !failure) kept->light = std::make_shared<const FrameLight>(frame_light(job));
-  if (purpose == Purpose::light && !failure && job.ending() != Ending::cancelled) {
-    kept->maps = job.maps();
-    return 0;
-  }
+  if (kept && keep_for_next(o, job, *kept, purpose, failure)) return 0;
   const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);
   if (ranks) dismiss_ranks(*job.crew(), *ranks, status);

@@ -53,8 +53,8 @@ struct Kept {
 };
 
 /// What becomes of the samples of a job that does not end early: a picture, those of a picture's next slice of time, a
-/// part that a rank sends, or the light of a frame alone. For maps there are none (RenderSettings::only_maps). A part
-/// that ends early throws Cancelled.
+/// part that a rank sends, or the light of a frame alone. For maps there are none (RenderSettings::only_maps). Parts
+/// and maps that end early throw Cancelled.
 enum class Purpose { picture, slice, share, light, maps };
 
 /// Ends the other ranks, and warns of what failed there. Those that do not answer are aborted.

@@ -19,11 +19,11 @@ class SharedWork {
   SharedWork(const SharedWork&) = delete;
   SharedWork& operator=(const SharedWork&) = delete;
 
-  /// Calls `take` for the pieces 0 to count - 1 in this order. Its bytes come from `make`, here or in another process:
-  /// `make` is called in any order, for pieces that no other process makes or has made. The calling thread runs both.
-  /// Waits for pieces that others make. Throws Cancelled within an interrupted CancellationScope, and what `make` and
-  /// `take` throw, except for InvalidArchive (core/archive.h): if `take` throws it before the bytes have any effect,
-  /// the piece is made again.
+  /// Calls `take` for the pieces 0 to count - 1 in this order, unless another process takes them all. Its bytes come
+  /// from `make`, here or in another process: `make` is called in any order, for pieces that no other process makes or
+  /// has made. The calling thread runs both. Waits for pieces that others make. Throws Cancelled within an interrupted
+  /// CancellationScope, and what `make` and `take` throw. Each class says what it does else, and whether a piece is
+  /// made again whose bytes `take` refuses by InvalidArchive (core/archive.h) before they have any effect.
   /// @param name of the work: the same for all processes, and of letters, digits and hyphens
   virtual void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) = 0;
 

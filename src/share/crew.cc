@@ -30,8 +30,6 @@ enum class Kind : std::uint8_t { sets, chosen, key, ask, task, result, failure, 
 constexpr double kPatience = 600, kSendSeconds = 120;
 /// Rank 0 checks the state of the render at this interval, in seconds.
 constexpr double kTurn = 0.002;
-/// A rank at long work says so at this interval, in seconds, and is not late meanwhile.
-constexpr double kAliveInterval = 10;
 
 template <typename... Values>
 std::vector<std::byte> packed(Kind kind, const Values&... values) {
@@ -185,10 +183,12 @@ void Crew::check(const RenderKey& key) {
   for (int rank = 1; rank < count(); ++rank) {
     if (gone_.contains(rank)) continue;
     const std::string& text = texts[static_cast<std::size_t>(rank)];
-    if (text.empty())
+    if (text.empty()) {
       late_.insert(rank);
-    else
+    } else {
       check_key(rank, text);
+      heard_[rank] = clock_.seconds();
+    }
   }
 }
 
@@ -197,6 +197,7 @@ void Crew::check_key(int rank, const std::string& text) const {
 }
 
 void Crew::take_message(const Message& message, const Work& work) {
+  if (gone_.contains(message.from)) return;
   heard_[message.from] = clock_.seconds();
   if (late_.erase(message.from) > 0) inform(name_of(*ranks_, message.from) + " answers again");
   Unpacker in(message);
@@ -212,6 +213,7 @@ void Crew::take_message(const Message& message, const Work& work) {
       std::erase(tasks_[message.from], in.take<TaskBytes>());
       [[fallthrough]];
     case Kind::ask:
+      begun_.insert(message.from);
       waiting_.push_back(message.from);
       return;
     case Kind::alive:
@@ -237,7 +239,7 @@ void Crew::look_for_late(const Work& work) {
   looked_ = now;
   for (int rank = 1; rank < count(); ++rank) {
     const auto heard = heard_.find(rank);
-    const bool owes = heard == heard_.end() || !tasks_[rank].empty();
+    const bool owes = !begun_.contains(rank) || !tasks_[rank].empty();
     const double silent = now - (heard == heard_.end() ? 0 : heard->second);
     if (!owes || silent < late_after_ || gone_.contains(rank) || !late_.insert(rank).second) continue;
     warn_of_late_rank(*ranks_, rank, late_after_, "do its tasks");
@@ -331,11 +333,11 @@ void Crew::divide(const std::string&, std::size_t count, const Make& make, const
          },
          give_back, [&] { return next == count; }},
         [&] {
-          check_cancelled();
           if (const std::optional<TaskBytes> bytes = next_ready()) {
             take(next - 1, *bytes);
             return true;
           }
+          check_cancelled();
           if (!own) own = claim();
           if (!own) return false;
           put(*own, make(*own));
@@ -376,46 +378,48 @@ void RankWorker::introduce(const RenderKey& key) { ranks_->send(0, packed(Kind::
 void RankWorker::work(const std::function<void()>& begin, const std::function<TaskBytes(const TaskBytes&)>& compute,
                       const std::function<bool()>& ended, int at_once) {
   try {
-    at_long_work(begin);
-    for (int i = 0; i < at_once; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
-    std::deque<TaskBytes> tasks;
-    bool stopped = false;
-    while (!stopped && !ended()) {
-      // A stop that has come already makes tasks before it needless.
-      while (const std::optional<Message> message = ranks_->receive(tasks.empty() && !stopped ? 0.1 : 0)) {
-        Unpacker in(*message);
-        stopped = in.kind() != Kind::task;
-        if (stopped) break;
-        tasks.push_back(in.take<TaskBytes>());
-      }
-      if (stopped || tasks.empty()) continue;
-      std::vector<std::byte> result = packed(Kind::result, tasks.front(), compute(tasks.front()));
-      if (result.size() > std::numeric_limits<int>::max())
-        throw Error(fmt::format("a result of {} bytes is too long for a message", result.size()),
-                    "Divide the render by --part.");
-      ranks_->send(0, std::move(result), kSendSeconds);
-      tasks.pop_front();
-    }
+    // No message of it follows the last one.
+    const std::jthread alive = repeat(alive_interval_, [this] { ranks_->send(0, packed(Kind::alive), kSendSeconds); });
+    begin();
+    do_tasks(compute, ended, at_once);
   } catch (const Cancelled&) {
+    ranks_->send(0, packed(Kind::bye), kSendSeconds);
+    throw;
   } catch (const std::exception& error) {
     report_failure(*ranks_, error.what());
-    return;
+    throw;
   }
   ranks_->send(0, packed(Kind::bye), kSendSeconds);
 }
 
-void RankWorker::at_long_work(const std::function<void()>& long_work) {
-  const std::jthread alive = repeat(kAliveInterval, [this] { ranks_->send(0, packed(Kind::alive), kSendSeconds); });
-  long_work();
+void RankWorker::do_tasks(const std::function<TaskBytes(const TaskBytes&)>& compute, const std::function<bool()>& ended,
+                          int at_once) {
+  for (int i = 0; i < at_once; ++i) ranks_->send(0, packed(Kind::ask), kSendSeconds);
+  std::deque<TaskBytes> tasks;
+  bool stopped = false;
+  while (!stopped && !ended()) {
+    // A stop that has come already makes tasks before it needless.
+    while (const std::optional<Message> message = ranks_->receive(tasks.empty() && !stopped ? 0.1 : 0)) {
+      Unpacker in(*message);
+      stopped = in.kind() != Kind::task;
+      if (stopped) break;
+      tasks.push_back(in.take<TaskBytes>());
+    }
+    if (stopped || tasks.empty()) continue;
+    std::vector<std::byte> result = packed(Kind::result, tasks.front(), compute(tasks.front()));
+    if (result.size() > std::numeric_limits<int>::max())
+      throw Error(fmt::format("a result of {} bytes is too long for a message", result.size()),
+                  "Divide the render by --part.");
+    ranks_->send(0, std::move(result), kSendSeconds);
+    tasks.pop_front();
+  }
 }
 
 void RankWorker::divide(const std::string&, std::size_t count, const Make& make, const Take&) {
   const auto compute = [&](const TaskBytes& task) {
     const auto piece = unarchived<std::uint64_t>(task);
     require(piece < count);
-    TaskBytes made;
-    at_long_work([&] { made = make(piece); });
-    return made;
+    return make(piece);
   };
   work([] {}, compute, [] { return false; }, 1);
 }

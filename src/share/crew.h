@@ -19,6 +19,8 @@ namespace glowworm {
 
 /// Seconds without an answer after which rank 0 warns of a rank.
 constexpr double kLateAfter = 60;
+/// A rank that works says so at this interval, in seconds, and is not late meanwhile.
+constexpr double kAliveInterval = 10;
 
 /// Chooses the fastest instruction sets, of kernels and of rays, that all ranks have, so that bits do not depend on
 /// who computes what. To be called by all ranks before the first Tracer is made. Returns what was chosen, for a
@@ -26,7 +28,8 @@ constexpr double kLateAfter = 60;
 /// @param late_after seconds without an answer
 std::string agree_on_instruction_sets(Ranks& ranks, double late_after = kLateAfter);
 
-/// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all.
+/// Tells rank 0 why this rank cannot take part. The others go on without it, or rank 0 ends them all. Rank 0 takes no
+/// other message of this rank then.
 void report_failure(Ranks& ranks, const std::string& message);
 
 /// A task, or its result.
@@ -59,7 +62,9 @@ class Crew : public SharedWork {
   /// @param compute takes and computes a task; returns false if there is none now
   void share(const Work& work, const std::function<bool()>& compute);
   /// Shares pieces with the other ranks, which call RankWorker::divide(). They take none: `take` is rank 0's alone.
-  /// Rank 0 makes the first. To be called once.
+  /// Rank 0 makes the first. To be called once. If it is interrupted, it takes pieces first that are there and next in
+  /// order. Throws InvalidArchive, too, if `take` does: no piece is made again. What ranks other than 0 throw is among
+  /// failures(), and others make their pieces.
   void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) override;
   /// Tells all ranks to end after the task under way. Waits up to `seconds` for each to take the message.
   void stop(double seconds);
@@ -86,29 +91,35 @@ class Crew : public SharedWork {
   RunningClock clock_;
   double looked_ = 0;            // when look_for_late() last looked, seconds
   std::map<int, double> heard_;  // when a rank last answered, or got its first task, seconds
+  std::set<int> begun_;          // that have asked for work
   std::set<int> late_;
   std::set<int> stopped_;  // that have been told to end
 };
 
-/// The side of all other ranks.
+/// The side of all other ranks. While it works, rank 0 hears that it is not lost.
 class RankWorker : public SharedWork {
  public:
-  explicit RankWorker(std::shared_ptr<Ranks> ranks) : ranks_(std::move(ranks)) {}
+  /// @param alive_interval seconds between the messages that say so
+  explicit RankWorker(std::shared_ptr<Ranks> ranks, double alive_interval = kAliveInterval)
+      : ranks_(std::move(ranks)), alive_interval_(alive_interval) {}
 
   /// Tells rank 0 which render this is, for Crew::check().
   void introduce(const RenderKey& key);
-  /// Computes tasks until rank 0 sends no more, or `ended`. Rank 0 is told what `begin` and `compute` throw.
+  /// Computes tasks until rank 0 sends no more, or `ended`. Throws what `begin` and `compute` throw; rank 0 has been
+  /// told then, and needs no report_failure().
   /// @param at_once tasks that this rank has: one that it computes, and those that wait, to hide the time of messages
   void work(const std::function<void()>& begin, const std::function<TaskBytes(const TaskBytes&)>& compute,
             const std::function<bool()>& ended, int at_once);
-  /// Makes pieces of Crew::divide() until rank 0 ends the crew; takes none.
+  /// Makes pieces of Crew::divide() until rank 0 ends the crew, in the order of its messages. Takes none. Throws what
+  /// work() throws; Cancelled only from `make`.
   void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) override;
 
  private:
-  /// Does work that may take longer than kLateAfter, and meanwhile tells rank 0 that this rank is not lost.
-  void at_long_work(const std::function<void()>& long_work);
+  void do_tasks(const std::function<TaskBytes(const TaskBytes&)>& compute, const std::function<bool()>& ended,
+                int at_once);
 
   std::shared_ptr<Ranks> ranks_;
+  double alive_interval_;
 };
 
 }  // namespace glowworm

@@ -34,6 +34,7 @@ class ShareFolder : public SharedWork {
   ShareFolder(const std::string& folder, std::string key, Times times = kTimes);
   ~ShareFolder() override;
 
+  /// Makes a piece again for which `take` throws InvalidArchive.
   void divide(const std::string& name, std::size_t count, const Make& make, const Take& take) override;
 
   /// Whether divide() waits for other processes; any thread may ask.

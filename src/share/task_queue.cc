@@ -40,7 +40,7 @@ void TaskQueue::give_back(const CameraTask& task) {
   Tile* const tile = tile_of(task);
   if (!tile) return;
   tile->under_way = false;
-  free_.push_front(place_of(task));
+  free_.push_back(place_of(task));
 }
 
 bool TaskQueue::finish(const CameraTask& task) {

@@ -26,7 +26,8 @@ class TaskQueue {
   /// Ends a task. Returns false if it was ended before, or not handed out.
   bool finish(const CameraTask& task);
 
-  /// Takes a task back whose worker is lost, or late. The results of both workers are the same.
+  /// Takes a task back whose worker is lost, or late. Tiles that are free now come before it, so that a late worker may
+  /// still end it. The results of both workers are the same.
   void give_back(const CameraTask& task);
 
   bool done() const { return left_ == 0; }

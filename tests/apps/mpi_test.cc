@@ -87,9 +87,7 @@ TEST_F(SlowMpiTest, RanksRenderFramesOfASequence) {
     expect_same_pixels(std::string("alone") + number + ".exr", std::string("shared") + number + ".exr");
 }
 
-/// In one scene a lamp moves, in the other the camera alone.
-TEST_F(SlowMpiTest, RanksDivideAPictureWithMotionBlur) {
-  std::ofstream(path("lamp.pbrt")) << R"(LookAt 0 2 6  0 0 0  0 1 0
+constexpr const char* kMovingLamp = R"(LookAt 0 2 6  0 0 0  0 1 0
 Camera "perspective" "float fov" 40 "float shutterclose" 1
 WorldBegin
 Material "diffuse"
@@ -98,6 +96,10 @@ AreaLightSource "diffuse" "rgb L" [4 4 4] "bool twosided" true
 ActiveTransform EndTime Translate 1 0 0 ActiveTransform All
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-.5 1 0  .5 1 0  .5 2 0  -.5 2 0]
 )";
+
+/// In one scene a lamp moves, in the other the camera alone.
+TEST_F(SlowMpiTest, RanksDivideAPictureWithMotionBlur) {
+  std::ofstream(path("lamp.pbrt")) << kMovingLamp;
   std::ofstream(path("camera.pbrt")) << R"(ActiveTransform EndTime Translate 0.3 0 0 ActiveTransform All
 LookAt 0 2 6  0 0 0  0 1 0
 Camera "perspective" "float fov" 40 "float shutterclose" 1
@@ -119,16 +121,40 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4
       EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
       expect_same_pixels("shared.exr", "alone.exr", 7);
     }
-    for (const std::vector<std::string>& other : {V{"--resume"}, V{"--part", "1/2"}, V{"--noise", "1%"}}) {
-      std::vector<std::string> more = all;
-      more.insert(more.end(), {"--shutter", "1"});
-      more.insert(more.end(), other.begin(), other.end());
-      const Outcome outcome = run(more, by_ranks(2, more));
-      EXPECT_NE(outcome.status, 0);
-      EXPECT_THAT(outcome.err, testing::HasSubstr("no motion blur: "));
-      EXPECT_THAT(outcome.err, testing::HasSubstr(other.front()));
-    }
+    for (const auto& [shutter, remedy] :
+         {std::pair{V{}, "give --shutter 0"}, std::pair{V{"--shutter", "1"}, "Leave out --shutter"}})
+      for (const V& other : {V{"--resume"}, V{"--part", "1/2"}, V{"--noise", "1%"}, V{"--time", "1m"}}) {
+        V more = all;
+        more.insert(more.end(), shutter.begin(), shutter.end());
+        more.insert(more.end(), other.begin(), other.end());
+        const Outcome outcome = run(more, by_ranks(2, more));
+        EXPECT_NE(outcome.status, 0);
+        EXPECT_THAT(outcome.err, testing::HasSubstr("no motion blur: "));
+        EXPECT_THAT(outcome.err, testing::HasSubstr(other.front()));
+        EXPECT_THAT(outcome.err, testing::HasSubstr(remedy));
+      }
+    V still = all;
+    still.insert(still.end(), {"--shutter", "0", std::string("--resume=") + scene + ".checkpoint"});
+    EXPECT_EQ(run(still, by_ranks(2, still)).status, 0);
   }
+}
+
+TEST_F(SlowMpiTest, ARankThatIsInterruptedWhileItLearnsLeavesTheOthersToFinish) {
+  std::ofstream(path("lamp.pbrt")) << kMovingLamp;
+  std::vector<std::string> all = arguments({"--samples", "2", "--photons", "2M", "--threads", "1", "-o", "a.exr"});
+  all[1] = "lamp.pbrt";
+  all.erase(std::find(all.begin(), all.end(), "--photons"), std::find(all.begin(), all.end(), "--aov"));
+  Running program(folder_, all, by_ranks(2, all));
+  ASSERT_TRUE(program.wait_for_text(" ranks, kernels by", 60));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const pid_t rank = process_of_rank(1);
+  ASSERT_GT(rank, 0);
+  ASSERT_EQ(kill(rank, SIGINT), 0);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("wrote a.exr"));
+  for (const char* text : {"interrupted", "not answered"})
+    EXPECT_THAT(outcome.err, testing::Not(testing::HasSubstr(text)));
 }
 
 TEST_F(SlowMpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <deque>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -238,7 +239,9 @@ TEST(SharedRender, RanksThatFailLeaveTheirTasksToOthers) {
   std::thread third([&] {
     RankWorker member(ranks[2]);
     member.introduce(render_key(*stage.scene, first->settings()));
-    member.work([] {}, [](const TaskBytes&) -> TaskBytes { throw Error("no more power"); }, [] { return false; }, 2);
+    const auto fail = [](const TaskBytes&) -> TaskBytes { throw Error("no more power"); };
+    EXPECT_THROW(member.work([] {}, fail, [] { return false; }, 2), Error);
+    report_failure(*ranks[2], "told twice");
   });
   first->wait();
   third.join();
@@ -292,6 +295,60 @@ TEST(SharedRender, ARankAtLongWorkIsNotLate) {
     return ++turns > kLateTurns;
   });
   EXPECT_EQ(back, 0);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+/// As one that traces photons.
+TEST(SharedRender, ARankWhoseWorkTakesLongSaysThatItIsNotLost) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  constexpr double kLate = 1, kAliveAfter = 0.1;
+  const auto work_long = [] { std::this_thread::sleep_for(std::chrono::milliseconds(2500)); };
+  for (const bool at_once : {true, false}) {
+    std::thread other([&] {
+      const auto compute = [&](const TaskBytes& task) {
+        if (!at_once) work_long();
+        return task;
+      };
+      RankWorker(ranks[1], kAliveAfter)
+          .work(
+              [&] {
+                if (at_once) work_long();
+              },
+              compute, [] { return false; }, 1);
+    });
+    Crew crew(ranks[0], kLate);
+    testing::internal::CaptureStderr();
+    std::vector<TaskBytes> tasks = {kOneTask};
+    bool done = false;
+    crew.serve({[&]() -> std::optional<TaskBytes> {
+                  if (tasks.empty()) return std::nullopt;
+                  return std::exchange(tasks, {}).front();
+                },
+                [&](const TaskBytes&, std::span<const std::byte>) { done = true; },
+                [&](const TaskBytes& task) { tasks.push_back(task); }, [&] { return done; }});
+    EXPECT_TRUE(crew.dismiss(60));
+    other.join();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  }
+}
+
+/// As one that loads the scene for a while, and prepares the render then.
+TEST(SharedRender, ARankThatHasToldItsRenderIsNotYetLate) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  constexpr double kLate = 1;
+  const RenderKey key = {{"version", "1"}};
+  Crew crew(ranks[0], kLate);
+  const auto wait = [] { std::this_thread::sleep_for(std::chrono::milliseconds(700)); };
+  std::thread other([&] {
+    wait();
+    RankWorker(ranks[1]).introduce(key);
+    wait();
+    ranks[1]->send(0, {kAsk}, 1);
+  });
+  testing::internal::CaptureStderr();
+  crew.check(key);
+  serve_one_task(crew, [&] { return ranks[1]->receive(0).has_value(); });
+  other.join();
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
@@ -390,7 +447,7 @@ struct DividedPieces {
   static constexpr std::size_t kCount = 20;
   std::vector<std::size_t> taken;
   std::set<int> makers;
-  std::vector<std::string> failures;
+  std::vector<std::string> failures, thrown;
 
   DividedPieces(int count, const std::function<void(std::size_t piece, int rank)>& help) {
     const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(count);
@@ -415,7 +472,12 @@ struct DividedPieces {
     std::vector<std::thread> others;
     for (int rank = 1; rank < count; ++rank)
       others.emplace_back([&, rank] {
-        RankWorker(ranks[static_cast<std::size_t>(rank)]).divide("pieces", kCount, make_by(rank), take);
+        try {
+          RankWorker(ranks[static_cast<std::size_t>(rank)]).divide("pieces", kCount, make_by(rank), take);
+        } catch (const Error& error) {
+          const std::lock_guard lock(mutex);
+          thrown.emplace_back(error.what());
+        }
       });
     Crew crew(ranks[0]);
     crew.divide("pieces", kCount, make_by(0), take);
@@ -440,6 +502,56 @@ TEST(SharedPieces, OfRanksThatFailAreMadeByOthers) {
   });
   EXPECT_EQ(pieces.taken.size(), DividedPieces::kCount);
   EXPECT_THAT(pieces.failures, testing::ElementsAre("rank 2: no more power"));
+  EXPECT_THAT(pieces.thrown, testing::ElementsAre("no more power"));
+}
+
+TEST(SharedPieces, OfARankThatIsInterruptedAreMadeByOthers) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  std::promise<void> leaves;
+  std::thread other([&] {
+    const auto cancel = [](std::size_t) -> TaskBytes { throw Cancelled(); };
+    EXPECT_THROW(RankWorker(ranks[1]).divide("pieces", 3, cancel, {}), Cancelled);
+    leaves.set_value();
+  });
+  Crew crew(ranks[0]);
+  std::vector<std::size_t> taken;
+  const auto make = [&](std::size_t piece) {
+    if (piece == 0) leaves.get_future().wait();
+    return archived(piece);
+  };
+  crew.divide("pieces", 3, make, [&](std::size_t piece, std::span<const std::byte>) { taken.push_back(piece); });
+  other.join();
+  EXPECT_THAT(taken, testing::ElementsAre(0, 1, 2));
+  EXPECT_TRUE(crew.dismiss(60));
+  EXPECT_THAT(crew.failures(), testing::IsEmpty());
+}
+
+TEST(SharedPieces, ThatAreThereAreTakenBeforeAnInterruptedCrewEnds) {
+  const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
+  Interrupt interrupt;
+  const CancellationScope scope(interrupt);
+  std::promise<void> all_but_last;
+  std::thread other([&] {
+    const auto make = [&](std::size_t piece) {
+      if (piece == 3) all_but_last.set_value();  // rank 0 has the results before
+      return archived(piece);
+    };
+    RankWorker(ranks[1]).divide("pieces", 5, make, {});
+  });
+  Crew crew(ranks[0]);
+  std::vector<std::size_t> taken;
+  const auto make = [&](std::size_t piece) {
+    EXPECT_EQ(piece, 0u);
+    all_but_last.get_future().wait();
+    interrupt.request();
+    return archived(piece);
+  };
+  const auto take = [&](std::size_t piece, std::span<const std::byte>) { taken.push_back(piece); };
+  EXPECT_THROW(crew.divide("pieces", 5, make, take), Cancelled);
+  EXPECT_TRUE(crew.dismiss(60));
+  other.join();
+  ASSERT_GE(taken.size(), 3u);
+  for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(taken[i], i);
 }
 
 TEST(SharedPieces, OfARankThatIsLateAreMadeByOthers) {
