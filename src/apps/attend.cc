@@ -70,9 +70,9 @@ std::exception_ptr attend_part(Job& job, std::vector<RepeatedWork> repeated, con
 
 }  // namespace
 
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated) {
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, WorkPart part) {
   ProgressBar bar(!quiet);
-  return attend_part(job, std::move(repeated), {bar, 0, 1});
+  return attend_part(job, std::move(repeated), {bar, part.before, part.share});
 }
 
 void finish_job(Job& job, bool quiet) {

@@ -16,9 +16,14 @@ struct RepeatedWork {
   double next_s = interval_s;  ///< when it is due, by the job's time
 };
 
+/// The part of longer work that a job is.
+struct WorkPart {
+  double before = 0, share = 1;  ///< of the whole, in [0, 1]: what is done before the job, and what the job does
+};
+
 /// Waits for the job, shows progress, does the repeated work, and cancels the job after a Ctrl-C. Returns the job's
 /// exception, or null.
-std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated);
+std::exception_ptr attend(Job& job, bool quiet, std::vector<RepeatedWork> repeated, WorkPart part = {});
 
 /// Does the same without repeated work, and throws the job's exception.
 void finish_job(Job& job, bool quiet);

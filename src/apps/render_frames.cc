@@ -82,6 +82,17 @@ void set_aside(RenderSettings& settings, std::uint64_t bytes, const char* what) 
   settings.memory_bytes -= bytes;
 }
 
+/// Pieces of the samples of each slice of time: enough for all ranks, if there are so many samples.
+std::uint32_t pieces_of_slice(const RenderSettings& s, std::uint32_t slices, int ranks) {
+  const auto groups = [slices](std::uint32_t n, std::uint32_t most_of_slice) {
+    const std::uint64_t most = std::uint64_t{slices} * most_of_slice;
+    return static_cast<std::uint32_t>((n + most - 1) / most);
+  };
+  // Films of several samples hold all ids of their pixels only if they have few samples.
+  const std::uint32_t for_ids = groups(s.samples, most_shared_samples(s));
+  return std::max(for_ids, std::min(groups(static_cast<std::uint32_t>(ranks), 1), s.samples / slices));
+}
+
 /// Divides pieces (SharedWork::divide()) until Ctrl-C, which leaves none half done. Returns whether all are done.
 bool divide_until_interrupt(SharedWork& sharers, const char* name, std::size_t count, const SharedWork::Make& make,
                             const SharedWork::Take& take) {
@@ -109,9 +120,14 @@ using FrameLights = std::map<std::uint32_t, std::shared_ptr<const FrameLight>>;
 /// Renders frames, or one picture with motion blur. Those in the same light share their photons and guides.
 class FrameRenderer {
  public:
-  /// @param opened the scene to begin with @param helps whether another rank has the pictures
-  FrameRenderer(const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev, bool helps)
-      : sequence_(sequence), files_(files), tev_(tev), shown_(opened), helps_(helps) {}
+  /// @param opened the scene to begin with @param ranks that share the work; null: none
+  FrameRenderer(const Opened& opened, Sequence& sequence, OutputFiles& files, TevStream& tev, const Ranks* ranks)
+      : sequence_(sequence),
+        files_(files),
+        tev_(tev),
+        shown_(opened),
+        helps_(ranks && ranks->rank() > 0),
+        rank_count_(ranks ? ranks->count() : 1) {}
 
   /// Renders a frame, or one picture with motion blur. If that shall end by noise or time, tries find the samples.
   /// Returns the exit status. @param o of the frame
@@ -259,15 +275,14 @@ class FrameRenderer {
     const std::uint64_t bytes =
         Film::bytes(s.bounds, s.separate_layers, s.place_layers(), filters(s), s.light_group_count);
     const std::unique_ptr<DiskMemory> disk = DiskMemory::for_arrays(s.disk, bytes, s.memory_bytes / 3);
-    // Films of several samples hold all ids of their pixels only if they have few samples.
-    const std::uint32_t slices = moments.each.front().slice.count;
-    const std::uint64_t most = std::uint64_t{slices} * most_shared_samples(s);
-    const auto pieces_each = static_cast<std::uint32_t>((s.samples + most - 1) / most);
+    const std::uint32_t slices = moments.each.front().slice.count,
+                        pieces_each = pieces_of_slice(s, slices, rank_count_);
     const auto part_of = [&](std::size_t piece) {
       const std::uint32_t slice = moments.each[piece / pieces_each].slice.index;
       return SampleShare{(slice - 1) * pieces_each + static_cast<std::uint32_t>(piece % pieces_each) + 1,
                          slices * pieces_each};
     };
+    const std::size_t pieces = moments.rendered.size() * pieces_each;
     std::optional<Film> sum;
     std::size_t added = 0;
     bool begins = true;
@@ -280,6 +295,7 @@ class FrameRenderer {
       o.settings = moments.each[i];
       o.settings.part = part_of(piece);
       if (!disk) set_aside(o.settings, bytes, "the film of all slices of time");
+      kept_.part = {static_cast<double>(added) / static_cast<double>(pieces), 1 / static_cast<double>(pieces)};
       render(o, Purpose::share);
       const Film film = *std::exchange(kept_.maps->rows, std::nullopt);
       if (piece == 0) {  // rank 0 makes it
@@ -296,7 +312,7 @@ class FrameRenderer {
       unpack_film(film, {all.x0, all.y0, all.x1, all.y1, 0, part.sample_range().end}, *sum);
       ++added;
     };
-    divide_until_interrupt(sharers, "slices", moments.rendered.size() * pieces_each, make, take);
+    divide_until_interrupt(sharers, "slices", pieces, make, take);
     if (sum) kept_.maps->rows = std::move(sum);
     return added / pieces_each;
   }
@@ -324,7 +340,8 @@ class FrameRenderer {
   OutputFiles& files_;
   TevStream& tev_;
   Opened shown_;  // the scene that kept_ is of
-  bool helps_;
+  bool helps_;    // another rank has the pictures
+  int rank_count_;
   Kept kept_;
   FrameLights lights_;
 };
@@ -370,9 +387,15 @@ int share_frames(const RenderOptions& o, FrameRenderer& renderer, const std::vec
   if (!sharers) return renderer.render_frames(o, numbers, numbers);
   const std::size_t pieces = o.sequence.reuse > 0 ? static_cast<std::size_t>(rank_count) : numbers.size();
   const auto make = [&](std::size_t piece) {
-    const int status = renderer.render_frames(o, share_of(numbers, piece, pieces, true), numbers);
+    const std::vector<std::uint32_t> own = share_of(numbers, piece, pieces, true);
+    const int status = renderer.render_frames(o, own, numbers);
     if (caught_interrupt()) throw Cancelled();
-    if (status != 0) throw Error("a frame has no picture");
+    if (status != 0) {
+      const auto missing = std::find_if(own.begin(), own.end() - 1,
+                                        [&](std::uint32_t number) { return !is_done(options_of_frame(o, number)); });
+      throw Error(fmt::format("frame {} has no picture", *missing),
+                  "Give a longer --time. Frames whose files exist are not rendered again.");
+    }
     return std::vector<std::byte>();
   };
   const bool all =
@@ -396,7 +419,7 @@ int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& seque
                    const std::shared_ptr<Ranks>& ranks) {
   check_blur(o, ranks != nullptr);
   return by_ranks(ranks, *opened.scene, o.settings, [&](SharedWork* sharers) {
-    return FrameRenderer(opened, sequence, files, tev, ranks && ranks->rank() > 0).render_frame(o, 0, sharers);
+    return FrameRenderer(opened, sequence, files, tev, ranks.get()).render_frame(o, 0, sharers);
   });
 }
 
@@ -420,7 +443,7 @@ int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, 
     const std::size_t pixels = resolve(o.settings, *opened.scene).bounds.pixel_count();
     set_aside(o.settings, frames * kFrameLightBytes * pixels, "the light of --reuse");
   }
-  FrameRenderer renderer(opened, sequence, files, tev, helps);
+  FrameRenderer renderer(opened, sequence, files, tev, ranks.get());
   const int status = by_ranks(ranks, *opened.scene, o.settings, [&](SharedWork* sharers) {
     return share_frames(o, renderer, numbers, ranks ? ranks->count() : 1, sharers);
   });

@@ -184,7 +184,8 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   const std::exception_ptr failure = attend(job, o.report.quiet,
                                             {{1, [&] { keep_checkpoint(o, job, files, purpose == Purpose::slice); }},
                                              {2, [&] { keep_preview(o, job, files); }},
-                                             {0.25, [&] { tev.show(job); }}});
+                                             {0.25, [&] { tev.show(job); }}},
+                                            purpose == Purpose::share ? kept->part : WorkPart());
   if (kept && keep_for_next(o, job, *kept, purpose, failure)) return 0;
   const int status = finish_render(o, job, *opened.tracer, files, opened.start, failure);
   tev.show(job);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/attend.h"
 #include "apps/output_files.h"
 #include "apps/render_outputs.h"
 #include "apps/tev_stream.h"
@@ -49,7 +50,8 @@ struct Kept {
   std::shared_ptr<const Statistics> learning;  ///< of the job that made `guides`, for those of the next picture
   bool is_resumed = false;                     ///< whether a job went on from the checkpoint of --resume
   bool is_described = false;                   ///< whether what is rendered has been printed
-  std::shared_ptr<const FrameLight> light;     ///< of a frame, if any uses light again
+  WorkPart part;                            ///< of the picture, for progress: the samples of a job, if ranks share it
+  std::shared_ptr<const FrameLight> light;  ///< of a frame, if any uses light again
 };
 
 /// What becomes of the samples of a job that does not end early: a picture, those of a picture's next slice of time, a

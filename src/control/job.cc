@@ -152,8 +152,13 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
     made_->rows.reset();
     passes_ = film_.whole_passes();
   }
-  if (const std::shared_ptr<const Statistics> earlier = std::exchange(made_->earlier, nullptr))
-    statistics_.add(*earlier);
+  if (const std::shared_ptr<const EarlierWork> earlier = std::exchange(made_->earlier, nullptr)) {
+    statistics_.add(earlier->statistics);
+    earlier_lights_ = earlier->lights;
+    tasks_ = earlier->tasks;
+    photon_map_bytes_ = earlier->photon_map_bytes;
+    query_point_bytes_ = earlier->query_point_bytes;
+  }
   if (resume && !helps(ranks_)) this->resume(*resume);
   made_->maps.reserve_in(&array_budget());
   if (!settings_.share.empty() && settings_.integrator != Integrator::path)
@@ -196,8 +201,12 @@ double Job::progress() const {
 std::shared_ptr<JobMaps> Job::maps_for_next_slice() const {
   made_->rows = film_;
   made_->photon_variance = photon_variance_;
-  auto earlier = std::make_shared<Statistics>();
-  earlier->add(statistics_);
+  auto earlier = std::make_shared<EarlierWork>();
+  earlier->statistics.add(statistics_);
+  earlier->lights = light_photons();
+  earlier->tasks = tasks_;
+  earlier->photon_map_bytes = photon_map_bytes_;
+  earlier->query_point_bytes = query_point_bytes_;
   made_->earlier = std::move(earlier);
   return made_;
 }
@@ -222,7 +231,7 @@ Checkpoint Job::checkpoint() const {
 
 std::vector<LightPhotons> Job::light_photons() const {
   const std::lock_guard lock(film_mutex_);
-  return light_photons_;
+  return light_photons_.empty() ? earlier_lights_ : light_photons_;
 }
 
 double Job::mean_samples() const {

@@ -56,11 +56,19 @@ struct JobGuides {
   std::string first_moment;
 };
 
+/// What earlier Jobs of the same picture have done, for its statistics.
+struct EarlierWork {
+  Statistics statistics;
+  std::vector<LightPhotons> lights;  ///< of the last Job that traced photons
+  std::uint64_t tasks = 0;
+  std::uint64_t photon_map_bytes = 0, query_point_bytes = 0;  ///< of the last Jobs that had some
+};
+
 /// The photons of a render, what guides them and the gather rays, and samples.
 struct JobMaps : JobGuides {
   PhotonMaps maps;
-  std::optional<Film> rows;                   ///< finished samples that the next Job starts with; it takes them out
-  std::shared_ptr<const Statistics> earlier;  ///< of the Jobs that made `rows`, if they are of the same picture
+  std::optional<Film> rows;                    ///< finished samples that the next Job starts with; it takes them out
+  std::shared_ptr<const EarlierWork> earlier;  ///< of the Jobs that made `rows`, if they are of the same picture
 
   explicit JobMaps(MemoryBudget& budget) : maps(budget) {}
   /// Forgets the photons: the next Job has another moment of the scene. @param learned what it is guided by
@@ -128,7 +136,7 @@ class Job {
   }
   /// Mean number of samples of a pixel, at any time.
   double mean_samples() const;
-  /// Finished tasks: parts of the picture that are computed from start to end at once.
+  /// Finished tasks, with those of earlier Jobs of the picture: parts that are computed from start to end at once.
   std::uint64_t tasks() const { return tasks_; }
   /// Wall seconds since the start, or up to the end.
   double seconds() const;
@@ -158,7 +166,8 @@ class Job {
   std::shared_ptr<JobMaps> maps_for_next_slice() const;
   const Statistics& statistics() const { return statistics_; }
   Statistics& statistics() { return statistics_; }
-  /// Fate of the photons so far, by light; at any time. Empty for the path tracer.
+  /// Fate of the photons so far, by light; at any time. Before any, those of the Job before, if it had the same
+  /// picture. Empty for the path tracer.
   std::vector<LightPhotons> light_photons() const;
   const MemoryBudget& budget() const { return budget_; }
   /// Where film, image and photons are, because the memory budget is too small for them; null: in memory.
@@ -271,7 +280,7 @@ class Job {
   mutable std::condition_variable done_changes_;
   mutable std::mutex key_mutex_;
   mutable std::optional<RenderKey> key_;
-  std::vector<LightPhotons> light_photons_;
+  std::vector<LightPhotons> light_photons_, earlier_lights_;
   std::chrono::steady_clock::time_point start_;
   JobTime job_time_;
   TimeLimit time_;

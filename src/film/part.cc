@@ -181,7 +181,8 @@ void unpack_film(std::span<const std::byte> bytes, const CameraTask& task, Film&
   });
   const auto read = [&](std::span<std::byte> to) { return packed.read(to); };
   if (!film.merge_state(read, task.sample_count) || !packed.at_end() || !film.is_of(task))
-    throw Error("a rank sent the film of another task");
+    throw Error("a rank sent a film that is damaged or of another task",
+                "Run one version of the program on all machines.");
 }
 
 Part united(const std::vector<PartFile>& parts, bool mixed) {

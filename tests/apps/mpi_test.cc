@@ -110,7 +110,8 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4
   using V = std::vector<std::string>;
   for (const char* scene : {"lamp.pbrt", "camera.pbrt"}) {
     // Slices of six and seven samples; films of more than six do not hold all ids.
-    std::vector<std::string> all = arguments({"--samples", "200", "--aov", "direct,object-id", "-o", "alone.exr"});
+    std::vector<std::string> all =
+        arguments({"--samples", "200", "--aov", "direct,object-id", "--stats", "a.json", "-o", "alone.exr"});
     all[1] = scene;
     ASSERT_EQ(run(all).status, 0);
     all.back() = "shared.exr";
@@ -120,6 +121,15 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4
       EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
       EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
       expect_same_pixels("shared.exr", "alone.exr", 7);
+      const nlohmann::json statistics = read_json("a.json");
+      EXPECT_GT(statistics.at("tasks"), 1);
+      ASSERT_EQ(statistics.at("lights").size(), 1u);
+      EXPECT_GT(statistics.at("lights")[0].at("photons_emitted"), 1000);
+      // Photons of the other lamp meet nothing.
+      if (scene == std::string("lamp.pbrt")) {
+        EXPECT_GT(statistics.at("lights")[0].at("photons_stored"), 1000);
+        EXPECT_GT(statistics.at("memory_bytes").at("photon_map"), 1000);
+      }
     }
     for (const auto& [shutter, remedy] :
          {std::pair{V{}, "give --shutter 0"}, std::pair{V{"--shutter", "1"}, "Leave out --shutter"}})
