@@ -85,6 +85,9 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   keep_heap_small(o.settings.memory_bytes);
   TevStream tev(helps ? "" : o.tev);
   const std::shared_ptr<SceneMotion> motion = motion_of(o.sequence, o.scene, o.changes.changes.moment, o.settings);
+  // The scene's Tracer keeps the instruction set that it is made with.
+  if (ranks)
+    if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
   const Opened opened = open_render(o, files, helps, motion);
   if (o.outputs.empty()) {
     name_outputs(o, opened.scene->film());
@@ -92,8 +95,6 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   }
   if (!helps) warn_of_unused_formats(o);
   catch_interrupts();
-  if (ranks)
-    if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);
   if (o.sequence.is_given()) return render_sequence(o, opened, files, tev, motion, ranks);
   if (motion && motion->slice_count() > 0) {
     Sequence sequence = sequence_of(o, opened, motion);
