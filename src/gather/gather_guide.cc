@@ -231,11 +231,31 @@ class GatherGuide::Learner {
     return sum;
   }
 
+  /// Moments without the differences of the cells of a square.
+  static Moments blurred(const Moments& m) {
+    Moments squares;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      squares.mean[square_of(i)] += m.mean[i] / kCellsOfSquare;
+      squares.square[square_of(i)] += m.square[i] / kCellsOfSquare;
+    }
+    Moments out;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      out.mean[i] = squares.mean[square_of(i)];
+      out.square[i] = squares.square[square_of(i)];
+    }
+    return out;
+  }
+
+  static Knowledge blurred(const Knowledge& known) {
+    return {blurred(known.all), {blurred(known.half[0]), blurred(known.half[1])}};
+  }
+
   /// Variance that guides learned from either half leave in the other, as a share of that without.
-  static double variance_left(const Knowledge& known) {
+  /// @param learned what the guides learn from, of the rays of `known`
+  static double variance_left(const Knowledge& known, const Knowledge& learned) {
     const auto with_share = [&](double even_share) {
-      return variance(known.half[1], density_of(known.half[0], even_share)) +
-             variance(known.half[0], density_of(known.half[1], even_share));
+      return variance(known.half[1], density_of(learned.half[0], even_share)) +
+             variance(known.half[0], density_of(learned.half[1], even_share));
     };
     const double even = with_share(1);
     double least = kWorthwhile * even;
@@ -250,12 +270,15 @@ class GatherGuide::Learner {
     return gains ? least / even : 1;
   }
 
-  /// Returns the index of the table, or kNoTable where it would not lower the variance enough.
+  /// Returns the index of the table, or kNoTable where it would not lower the variance enough. Few rays tell squares of
+  /// cells apart, more rays their cells.
   /// @param points of the region, as a share of all
   std::uint32_t add_table(const Knowledge& known, double points) {
-    const Density density = density_of(known.all, kEvenShare);
+    const Knowledge squares = blurred(known);
+    const double left_by_cells = variance_left(known, known), left_by_squares = variance_left(known, squares);
+    const Density density = density_of(left_by_cells < left_by_squares ? known.all : squares.all, kEvenShare);
     if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNoTable;
-    out_.gain_ += points * (1 - variance_left(known));
+    out_.gain_ += points * (1 - std::min(left_by_cells, left_by_squares));
     out_.tables_.push_back(table_of(density));
     return static_cast<std::uint32_t>(out_.tables_.size() - 1);
   }
