@@ -85,6 +85,8 @@ int render_scene(RenderOptions& o, const std::shared_ptr<Ranks>& ranks) {
   keep_heap_small(o.settings.memory_bytes);
   TevStream tev(helps ? "" : o.tev);
   const std::shared_ptr<SceneMotion> motion = motion_of(o.sequence, o.scene, o.changes.changes.moment, o.settings);
+  const bool asks_for_blur = !o.sequence.shutter.empty() && parse_shutter(o.sequence.shutter) != Shutter();
+  if (asks_for_blur && !o.sequence.is_given()) check_blur(o, ranks != nullptr);
   // The scene's Tracer keeps the instruction set that it is made with.
   if (ranks)
     if (const std::string chosen = agree_on_instruction_sets(*ranks); !chosen.empty()) inform(chosen);

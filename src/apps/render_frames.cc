@@ -346,22 +346,6 @@ class FrameRenderer {
   FrameLights lights_;
 };
 
-/// Throws CommandLineError if options do not go with one picture with motion blur.
-void check_blur(const RenderOptions& o, bool has_ranks) {
-  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0;
-  const bool is_part = !o.settings.part.is_all();
-  std::string reason;
-  if (open_ended && (o.resumes || is_part || has_ranks))
-    reason = "--time and --noise find the number of samples by tries, so they do not go with --resume, --part or ranks";
-  else if (has_ranks && (o.resumes || is_part))
-    reason = "ranks divide the slices of time, so they do not go with --resume or --part";
-  if (!reason.empty())
-    throw CommandLineError("no motion blur: " + reason,
-                           o.sequence.shutter.empty()
-                               ? "Leave out what does not go with the shutter of the file, or give --shutter 0."
-                               : "Leave out --shutter, or what it does not go with.");
-}
-
 /// Divides work among ranks, if there are some. Returns the exit status, which is rank 0's alone to tell.
 /// @param settings that all ranks must have
 int by_ranks(const std::shared_ptr<Ranks>& ranks, const Scene& scene, const RenderSettings& settings,
@@ -404,6 +388,21 @@ int share_frames(const RenderOptions& o, FrameRenderer& renderer, const std::vec
 }
 
 }  // namespace
+
+void check_blur(const RenderOptions& o, bool has_ranks) {
+  const bool open_ended = o.settings.time_limit_s > 0 || o.settings.noise_target > 0;
+  const bool is_part = !o.settings.part.is_all();
+  std::string reason;
+  if (open_ended && (o.resumes || is_part || has_ranks))
+    reason = "--time and --noise find the number of samples by tries, so they do not go with --resume, --part or ranks";
+  else if (has_ranks && (o.resumes || is_part))
+    reason = "ranks divide the slices of time, so they do not go with --resume or --part";
+  if (!reason.empty())
+    throw CommandLineError("no motion blur: " + reason,
+                           o.sequence.shutter.empty()
+                               ? "Leave out what does not go with the shutter of the file, or give --shutter 0."
+                               : "Leave out --shutter, or what it does not go with.");
+}
 
 Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion) {
   const auto open_at = [&o, import_options = opened.import, named = opened.named](double seconds) {

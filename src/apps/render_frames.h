@@ -12,6 +12,9 @@
 
 namespace glowworm {
 
+/// Throws CommandLineError if options do not go with one picture with motion blur.
+void check_blur(const RenderOptions& o, bool has_ranks);
+
 /// The frames of the options, or the one picture with motion blur.
 Sequence sequence_of(RenderOptions& o, const Opened& opened, const std::shared_ptr<SceneMotion>& motion);
 
