@@ -27,7 +27,7 @@ PathPolicy::End PathPolicy::cross(Hit& hit) {
   return arrives ? End::surface : scatters ? End::scattering : End::nothing;
 }
 
-/// Notes the first surface on the straight way of a camera ray that scatters before. @param hit of the path's ray
+/// Records the surface straight behind the place where a camera ray scatters. @param hit of the path's ray
 void PathPolicy::see_behind(Hit hit) {
   PathState path = state_;
   travel(tracer_, path, hit, order(), [](const Medium*, float) { return true; });
@@ -78,7 +78,7 @@ void PathPolicy::add_segment_light(const LitSegment& segment) {
 
 /// Looks up the light that photons bring to a piece of the path's way.
 void PathPolicy::add_lookup(const Medium& medium, float length) {
-  // It has met one surface at least, and the medium scatters it.
+  // The photons have met a surface at least, and scatter here once more.
   if (!lookups_ || bounce_ + 1 >= settings_.max_bounces) return;
   std::vector<RGB>& part = history_.with_medium().part(radiance_);
   VolumeSegments& segments = &part == &radiance_.medium ? lookups_->in_media : lookups_->indirect_in_media;

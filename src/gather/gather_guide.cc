@@ -16,7 +16,7 @@ constexpr std::size_t kRegionPoints = 128;
 /// Normals of a region whose components differ by more are divided, whatever their number.
 constexpr float kNormalSpread = 0.5f;
 constexpr std::size_t kMinPoints = 16;
-/// Rays of each square of cells, and of each cell, that a region takes from the region around it.
+/// Rays of the region around that count in the mean of a square of cells, and of a cell.
 constexpr double kBorrowedRays = 8;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
@@ -97,13 +97,16 @@ class GatherGuide::Learner {
   static constexpr std::size_t kStrata = 8, kStep = kSide / kStrata;
   static constexpr std::size_t kSquares = kStrata * kStrata, kCellsOfSquare = kStep * kStep;
 
+  using Cells = std::array<double, kCells>;
+  using Squares = std::array<double, kSquares>;
+
   /// Of the light of rays in each cell.
   struct Moments {
-    std::array<double, kCells> mean{}, square{};
+    Cells mean{}, square{};
   };
 
-  /// Those of all points of a region, and of either half, from which the gain of a guide is told: a guide fits the rays
-  /// that it has learned from better than others.
+  /// Moments of all points of a region, and of either half. A guide that one half teaches is tested on the other,
+  /// because it fits the rays that it has learned from better.
   struct Knowledge {
     Moments all;
     std::array<Moments, 2> half;
@@ -114,17 +117,30 @@ class GatherGuide::Learner {
   }
 
   static std::size_t square_of(std::size_t cell) { return cell / kSide / kStep * kStrata + cell % kSide / kStep; }
+  /// Sums over the cells of each square.
+  static Squares by_squares(const Cells& cells) {
+    Squares sums{};
+    for (std::size_t i = 0; i < kCells; ++i) sums[square_of(i)] += cells[i];
+    return sums;
+  }
+  static Squares means_of_squares(const Cells& cells) {
+    Squares means = by_squares(cells);
+    for (double& mean : means) mean /= kCellsOfSquare;
+    return means;
+  }
+  /// Gives each cell the mean of its square.
+  static Cells blurred(const Cells& cells) {
+    const Squares means = means_of_squares(cells);
+    Cells out;
+    for (std::size_t i = 0; i < kCells; ++i) out[i] = means[square_of(i)];
+    return out;
+  }
 
-  /// Makes sums means. Squares of cells take rays from the region around. Cells take the shares of their squares that
-  /// they have there, because few rays of a region meet each cell.
-  static void find_means(std::array<double, kCells>& sum, const std::array<double, kCells>& around,
-                         const std::array<double, kCells>& count) {
-    std::array<double, kSquares> own{}, rays{}, before{};
-    for (std::size_t i = 0; i < kCells; ++i) {
-      own[square_of(i)] += sum[i];
-      rays[square_of(i)] += count[i];
-      before[square_of(i)] += around[i] / kCellsOfSquare;
-    }
+  /// Turns sums into means. The mean of a square of cells is shrunk towards the mean in the region around. The mean of
+  /// a cell is shrunk towards the share of its square that the cell has there, because few rays of a region meet each
+  /// cell.
+  static void find_means(Cells& sum, const Cells& around, const Cells& count) {
+    const Squares own = by_squares(sum), rays = by_squares(count), before = means_of_squares(around);
     for (std::size_t i = 0; i < kCells; ++i) {
       const std::size_t q = square_of(i);
       const double mean = (own[q] + kBorrowedRays * before[q]) / (rays[q] + kBorrowedRays);
@@ -136,7 +152,7 @@ class GatherGuide::Learner {
   /// @param counts whether a point does
   template <typename Counts>
   Moments moments(std::span<const std::uint32_t> points, const Moments& around, Counts&& counts) const {
-    std::array<double, kCells> count{};
+    Cells count{};
     Moments m;
     for (const std::uint32_t p : points) {
       if (!counts(p)) continue;
@@ -207,7 +223,7 @@ class GatherGuide::Learner {
     return below;
   }
 
-  using Density = std::array<double, kCells>;
+  using Density = Cells;
 
   /// In proportion to the root mean square of the light, beside a share that is even.
   static Density density_of(const Moments& m, double even_share) {
@@ -220,32 +236,15 @@ class GatherGuide::Learner {
 
   /// The rays of a pixel are stratified, as finely as squares of cells, so their variance is that within squares.
   static double variance(const Moments& m, const Density& density) {
-    std::array<double, kSquares> square{}, mean{}, rays{};
-    for (std::size_t i = 0; i < kCells; ++i) {
-      square[square_of(i)] += m.square[i] / density[i];
-      mean[square_of(i)] += m.mean[i];
-      rays[square_of(i)] += density[i];
-    }
+    Cells weighted;
+    for (std::size_t i = 0; i < kCells; ++i) weighted[i] = m.square[i] / density[i];
+    const Squares square = by_squares(weighted), mean = by_squares(m.mean), rays = by_squares(density);
     double sum = 0;
     for (std::size_t q = 0; q < kSquares; ++q) sum += std::max(square[q] - mean[q] * mean[q] / rays[q], 0.0);
     return sum;
   }
 
-  /// Moments without the differences of the cells of a square.
-  static Moments blurred(const Moments& m) {
-    Moments squares;
-    for (std::size_t i = 0; i < kCells; ++i) {
-      squares.mean[square_of(i)] += m.mean[i] / kCellsOfSquare;
-      squares.square[square_of(i)] += m.square[i] / kCellsOfSquare;
-    }
-    Moments out;
-    for (std::size_t i = 0; i < kCells; ++i) {
-      out.mean[i] = squares.mean[square_of(i)];
-      out.square[i] = squares.square[square_of(i)];
-    }
-    return out;
-  }
-
+  static Moments blurred(const Moments& m) { return {blurred(m.mean), blurred(m.square)}; }
   static Knowledge blurred(const Knowledge& known) {
     return {blurred(known.all), {blurred(known.half[0]), blurred(known.half[1])}};
   }
@@ -270,8 +269,8 @@ class GatherGuide::Learner {
     return gains ? least / even : 1;
   }
 
-  /// Returns the index of the table, or kNoTable where it would not lower the variance enough. Few rays tell squares of
-  /// cells apart, more rays their cells.
+  /// Returns the index of the table, or kNoTable where it would not lower the variance enough. Its density is
+  /// learned by cells or by squares of cells: few rays predict the light of squares better.
   /// @param points of the region, as a share of all
   std::uint32_t add_table(const Knowledge& known, double points) {
     const Knowledge squares = blurred(known);

@@ -78,7 +78,7 @@ struct PhotonPass {
   PhotonBatch caustic;  ///< those with at least one bounce and only specular ones; a passage of a pane does not count
   std::vector<PhotonSegment> segments;  ///< by PhotonPassSettings::discs
   /// Photons in media: those of media's own light, and others after one bounce or more. Light samples bring light
-  /// straight from lamps. Of chosen photons those that paths do not see.
+  /// straight from lamps. With PhotonChoice::unseen_by_paths only light that the path tracer's paths do not find.
   VolumePhotons in_media;
   VolumeBeams beams;  ///< the same photons, on their way
   /// Light source of each photon, counted as in Scene::light_power(); empty unless they are kept.

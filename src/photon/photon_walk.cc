@@ -101,8 +101,8 @@ void PhotonWalk::keep_weakened(const Medium& medium, const LightPath& path, floa
   keep_segment(path, {inside.last, length}, before * weight, {}, chunk);
 }
 
-/// Whether a path leaves photons in media now. Paths that look photons up find all light but that of lamps without size
-/// behind mirrors and glass.
+/// Whether a path stores photons in media now. For the path tracer it stores only light that no path of the path tracer
+/// finds: of lamps without size, by mirrors or glass.
 bool PhotonWalk::is_wanted_in_media(const LightPath& path) const {
   if (pass_.choice == PhotonChoice::all) return !is_straight_from_lamp(path.bounces);
   return pass_.choice == PhotonChoice::unseen_by_paths && !pass_.discs && leaves(pass_.choice, path.bounces);

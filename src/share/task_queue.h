@@ -27,7 +27,7 @@ class TaskQueue {
   bool finish(const CameraTask& task);
 
   /// Takes a task back whose worker is lost, or late. Tiles that are free now come before it, so that a late worker may
-  /// still end it. The results of both workers are the same.
+  /// still finish it. The results of both workers are the same.
   void give_back(const CameraTask& task);
 
   bool done() const { return left_ == 0; }

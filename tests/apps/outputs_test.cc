@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "film/checkpoint.h"
 #include "image/image.h"
@@ -227,6 +228,19 @@ TEST_F(OutputsTest, AFailedFrameDoesNotEndTheSession) {
   EXPECT_EQ(read_image(path("frames/00003.png")).width(), 8);
   const std::string table = read(path("frames/frames.csv"));
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 5);
+}
+
+/// Frames of a view at rest are sums of passes, and come from the filter; the first frame does not.
+TEST_F(OutputsTest, ARestingViewKeepsTheLightOfMedia) {
+  const Outcome outcome = run({"view", "builtin:window-room", "--haze", "5m", "--size", "24x24", "--photons", "5k",
+                               "--frames", "4", "--format", "exr", "--out", "frames"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto mean = [&](const std::string& name) {
+    const std::vector<RGB> pixels = read_image(path(name)).rgb();
+    return luminance(std::accumulate(pixels.begin(), pixels.end(), RGB())) / static_cast<float>(pixels.size());
+  };
+  // Without it 5% are left.
+  EXPECT_NEAR(mean("frames/00003.exr") / mean("frames/00000.exr"), 1, 0.1f);
 }
 
 TEST_F(OutputsTest, AnInterruptedSessionCountsItsFrames) {

@@ -530,10 +530,11 @@ TEST(SharedPieces, ThatAreThereAreTakenBeforeAnInterruptedCrewEnds) {
   const std::vector<std::shared_ptr<Ranks>> ranks = ranks_of(2);
   Interrupt interrupt;
   const CancellationScope scope(interrupt);
-  std::promise<void> all_but_last;
+  std::promise<void> all_but_last, ended;
   std::thread other([&] {
     const auto make = [&](std::size_t piece) {
       if (piece == 3) all_but_last.set_value();  // rank 0 has the results before
+      if (piece == 4) ended.get_future().wait();
       return archived(piece);
     };
     RankWorker(ranks[1]).divide("pieces", 5, make, {});
@@ -548,6 +549,7 @@ TEST(SharedPieces, ThatAreThereAreTakenBeforeAnInterruptedCrewEnds) {
   };
   const auto take = [&](std::size_t piece, std::span<const std::byte>) { taken.push_back(piece); };
   EXPECT_THROW(crew.divide("pieces", 5, make, take), Cancelled);
+  ended.set_value();
   EXPECT_TRUE(crew.dismiss(60));
   other.join();
   ASSERT_GE(taken.size(), 3u);

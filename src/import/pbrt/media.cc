@@ -159,7 +159,7 @@ class MediumBuilder {
           fmt::format("{} values of LeScale for {} temperatures", scales.size(), temperatures.size()),
           "Give one for each.");
     if (!temperatures.empty())
-      parameters_.note("between cells, colours are interpolated in place of temperatures: medium with temperatures");
+      parameters_.note("colours are interpolated between cells, not temperatures: medium with temperatures");
     for (std::size_t i = 0; i < temperatures.size(); ++i) {
       const float kelvin = (temperatures[i] - offset) * factor;
       const float scale = scales.empty() ? 1 : scales[i];

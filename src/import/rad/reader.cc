@@ -135,11 +135,11 @@ class RadReader {
     }
   }
 
-  /// Which surfaces of a file are read: all, or those of a mesh that its copies share, or the others, which each copy
-  /// has, with what else the file describes.
+  /// What is read of a file: all of it, the surfaces that its copies share, or the rest, which each copy has for
+  /// itself.
   enum class Surfaces { all, shared, own };
 
-  /// A file, placed without its directions and place, where names mean the same.
+  /// What copies of a file must have in common to share surfaces.
   struct FileUse {
     std::string name, modifier;
     bool inverted;
@@ -175,7 +175,7 @@ class RadReader {
     if (!is_kept || has_own) read(file.text, start, placement);
   }
 
-  /// Whether this is not read now because it is `own` to each copy, or because it is not.
+  /// Whether a surface or statement is left out now. @param own whether each copy has it for itself
   bool leaves_for_each_copy(bool own) {
     has_own_ = has_own_ || own;
     return surfaces_ != Surfaces::all && own == (surfaces_ == Surfaces::shared);
