@@ -4,6 +4,7 @@
 
 #include "core/frame.h"
 #include "core/random.h"
+#include "core/transform_double.h"
 #include "core/warp.h"
 
 namespace glowworm {
@@ -35,6 +36,21 @@ TEST(Frame, IsOrthonormalAndRightHanded) {
     expect_near(cross(f.s, f.t), f.n, 2e-6f);
     const Vec3 v = {0.3f, -2, 5};
     expect_near(f.to_world(f.to_local(v)), v, 2e-5f);
+  }
+}
+
+/// Splits a place as readers of files do: into floats, and what their rounding leaves.
+[[gnu::noinline]] void split(const Vec3d& place, Vec3& rounded, Vec3& rest) {
+  rounded = narrow(place);
+  rest = narrow(place - Vec3d(rounded));
+}
+
+TEST(TransformDouble, RoundingLeavesItsRemainder) {
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    const Vec3d place = Vec3d(random_direction(i)) * 5123.4512345;
+    Vec3 rounded, rest;
+    split(place, rounded, rest);
+    EXPECT_LT(length(place - Vec3d(rounded) - Vec3d(rest)), 1e-10);
   }
 }
 
