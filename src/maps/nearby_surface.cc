@@ -43,9 +43,16 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
                      [&](std::uint32_t triangle) { return copied_ = ++visited <= kMostVisited && copy(triangle); });
 }
 
+/// Whether a triangle only parts media: it has neither photons nor query points, and hides nothing.
+bool NearbySurface::is_interface(std::uint32_t triangle) const {
+  const Scene& scene = tracer_.scene();
+  return scene.materials()[scene.geometry().material_of(triangle)].kind == MaterialKind::interface;
+}
+
 /// Copies a triangle if the cylinder may contain a part of it. False if the copies cannot be used.
 bool NearbySurface::copy(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
+  if (is_interface(triangle)) return true;
   const auto [c, e, f] = local_triangle(triangle);
   const float highest = c.z + std::max({0.0f, e.z, f.z});
   if (highest < lowest_ || c.z + std::min({0.0f, e.z, f.z}) > highest_ || !reaches({c, c + e, c + f})) return true;
@@ -148,7 +155,7 @@ void NearbySurface::trace(const Segments& segments, float first, float step) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < active.size(); ++i) {
       if (hits_[i].triangle == kNone) continue;
-      found_.push_back({active[i], hits_[i].distance, hits_[i].triangle});
+      if (!is_interface(hits_[i].triangle)) found_.push_back({active[i], hits_[i].distance, hits_[i].triangle});
       active[kept] = active[i];
       rays_[kept] = rays_[i];
       rays_[kept++].t_min = hits_[i].distance + step;

@@ -41,9 +41,9 @@ struct Meeting {
   std::uint32_t triangle;
 };
 
-/// The surface that lies in the cylinder around a cluster: within `reach` of the axis along its normal, from `low` to
-/// `high`. A few triangles are copied here, since testing all of them is faster than tracing rays; where they are
-/// many, or textures cut holes into them, Embree traces the segments.
+/// The surface, but for interfaces, that lies in the cylinder around a cluster: within `reach` of the axis along its
+/// normal, from `low` to `high`. A few triangles are copied here, since testing all of them is faster than tracing rays;
+/// where they are many, or textures cut holes into them, Embree traces the segments.
 class NearbySurface {
  public:
   explicit NearbySurface(const Tracer& tracer) : tracer_(tracer) {}
@@ -71,6 +71,7 @@ class NearbySurface {
   const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
 
  private:
+  bool is_interface(std::uint32_t triangle) const;
   bool copy(std::uint32_t triangle);
   std::array<Vec3, 3> local_triangle(std::uint32_t triangle) const;
   bool reaches(const std::array<Vec3, 3>& corner) const;

@@ -25,14 +25,15 @@ Vec3 place_of(int copy) {
   return {at(copy), at(copy / kCopiesAlong), 0};
 }
 
-/// Copies of what `build` makes.
+/// Copies of what `build` makes. Material 1 is an interface.
 Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
   SceneDescription d;
   d.name = name;
-  d.materials.emplace_back();
+  d.materials.resize(2);
+  d.materials[1].kind = MaterialKind::interface;
   MeshBuilder mesh(d.geometry);
-  mesh.set_material(0);
   for (int i = 0; i < kCopies; ++i) {
+    mesh.set_material(0);
     Transform place;
     place.translation = place_of(i);
     mesh.set_transform(place);
@@ -75,6 +76,17 @@ void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   const Measured found = measure(tracer, place, kernel, radius);
   EXPECT_NEAR(found.mean, expected, 4 * found.error + 1e-3) << static_cast<int>(kernel);
   EXPECT_LT(found.error, 0.005);
+}
+
+/// The border of a medium close behind a surface has no photons.
+TEST(BoundaryTest, InterfacesHoldNoFlux) {
+  const Scene scene = copies("interface", [](MeshBuilder& mesh) {
+    mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+    mesh.set_material(1);
+    for (const float z : {-0.05f, 0.05f}) mesh.quad({0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z});
+  });
+  const Tracer tracer(scene);
+  expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, 0.2f, 1);
 }
 
 TEST(BoundaryTest, FlatSurfaceLosesNothing) {
