@@ -67,12 +67,10 @@ struct PhotonItems {
   }
   void fill(VolumePhotonBlock& block, std::size_t lane, std::size_t i) const {
     const float r = radius(i);
-    const Vec3 wall = kernels.walls[i];
     set_place(block, lane, photons.position[i], photons.direction[i], scaled_flux(flux[i], r));
     block.inverse_radius_squared[lane] = 1 / (r * r);
-    block.wall_x[lane] = wall.x;
-    block.wall_y[lane] = wall.y;
-    block.wall_z[lane] = wall.z;
+    for (std::size_t wall = 0; wall < kWallsOfKernel; ++wall)
+      for (int axis = 0; axis < 3; ++axis) block.wall[wall][axis][lane] = kernels.walls[i][wall][axis];
   }
   float radius(std::size_t i) const { return kernels.radii[i] * scale; }
 };

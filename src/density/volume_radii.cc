@@ -267,7 +267,7 @@ PhotonKernels volume_photon_kernels(const VolumePhotons& photons, std::uint32_t 
   PhotonKernels kernels;
   // The radii of photons that are nowhere are never read.
   kernels.radii.assign(photons.size(), 1.0f);
-  kernels.walls.assign(photons.size(), Vec3{0, 0, 0});
+  kernels.walls.assign(photons.size(), {Vec3{0, 0, 0}, Vec3{0, 0, 0}});
   const auto place = [&](std::uint32_t i) { return photons.position[i]; };
   for_media(by_medium(photons.medium, place), photons.medium, [&](std::span<const std::uint32_t> items) {
     std::vector<Vec3> places(items.size());

@@ -162,14 +162,15 @@ struct SegmentLanes {
 template <class D>
 struct PhotonLanes {
   static constexpr bool kIsTube = false;
-  hn::Vec<D> place[3], travel[3], inverse_radius_squared, flux[3], wall[3];
+  hn::Vec<D> place[3], travel[3], inverse_radius_squared, flux[3], wall[2][3];
   template <class Load>
   HWY_INLINE PhotonLanes(const VolumePhotonBlock& block, const Load& load)
       : place{load(block.x), load(block.y), load(block.z)},
         travel{load(block.dx), load(block.dy), load(block.dz)},
         inverse_radius_squared(load(block.inverse_radius_squared)),
         flux{load(block.r), load(block.g), load(block.b)},
-        wall{load(block.wall_x), load(block.wall_y), load(block.wall_z)} {}
+        wall{{load(block.wall[0][0]), load(block.wall[0][1]), load(block.wall[0][2])},
+             {load(block.wall[1][0]), load(block.wall[1][1]), load(block.wall[1][2])}} {}
 };
 template <class D>
 struct PieceLanes {
@@ -209,6 +210,22 @@ HWY_INLINE hn::Vec<D> way_to(D d, const SegmentLanes<D>& segment, const hn::Vec<
   return hn::Neg(back);
 }
 
+/// The line over which a wall folds the disc across a segment: what lies before it, and how much larger than that of
+/// the place the square distance of its mirror image is, in squares of the radius.
+template <class D>
+struct Fold {
+  hn::Mask<D> before;
+  hn::Vec<D> further;
+};
+template <class D>
+HWY_INLINE Fold<D> fold_over(D d, const hn::Vec<D>* wall, const hn::Vec<D>* way, const SegmentLanes<D>& segment,
+                             hn::Vec<D> inverse_radius_squared) {
+  const auto before = hn::Sub(hn::Set(d, 1.0f), dot3(d, wall, way)), along = dot3(d, wall, segment.direction);
+  const auto slope = hn::Max(hn::NegMulAdd(along, along, dot3(d, wall, wall)), hn::Set(d, 1e-30f));
+  const auto further = hn::Div(hn::Mul(hn::Set(d, 4.0f), before), slope);
+  return {hn::Gt(before, hn::Zero(d)), hn::Mul(further, inverse_radius_squared)};
+}
+
 template <class D>
 HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PhotonLanes<D>& photon) {
   hn::Vec<D> way[3];
@@ -216,14 +233,20 @@ HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PhotonLa
   const auto u = hn::Mul(dot3(d, way, way), photon.inverse_radius_squared), one = hn::Set(d, 1.0f);
   auto inside = hn::And(hn::Lt(u, one), hn::And(hn::Ge(t, hn::Zero(d)), hn::Le(t, segment.length)));
   auto weight = hn::Sub(one, u);
-  const auto wall_squared = dot3(d, photon.wall, photon.wall);
-  if (!hn::AllFalse(d, inside) && !hn::AllFalse(d, hn::Gt(wall_squared, hn::Zero(d)))) {
-    // The wall cuts the disc across the segment along a line, over which the rest is folded.
-    const auto before = hn::Sub(one, dot3(d, photon.wall, way)), along = dot3(d, photon.wall, segment.direction);
-    const auto slope = hn::Max(hn::NegMulAdd(along, along, wall_squared), hn::Set(d, 1e-30f));
-    const auto further = hn::Div(hn::Mul(hn::Set(d, 4.0f), before), slope);
-    inside = hn::And(inside, hn::Gt(before, hn::Zero(d)));
-    weight = hn::Add(weight, hn::Max(hn::NegMulAdd(further, photon.inverse_radius_squared, weight), hn::Zero(d)));
+  const auto zero = hn::Zero(d);
+  const auto is_there = [&](const hn::Vec<D>* wall)
+                            HWY_ATTR { return !hn::AllFalse(d, hn::Gt(dot3(d, wall, wall), zero)); };
+  if (!hn::AllFalse(d, inside) && is_there(photon.wall[0])) {
+    const Fold<D> first = fold_over(d, photon.wall[0], way, segment, photon.inverse_radius_squared);
+    auto image = hn::Sub(weight, first.further), images = hn::Max(image, zero);
+    inside = hn::And(inside, first.before);
+    if (is_there(photon.wall[1])) {
+      const Fold<D> second = fold_over(d, photon.wall[1], way, segment, photon.inverse_radius_squared);
+      inside = hn::And(inside, second.before);
+      images = hn::Add(images, hn::Max(hn::Sub(weight, second.further), zero));
+      images = hn::Add(images, hn::Max(hn::Sub(image, second.further), zero));
+    }
+    weight = hn::Add(weight, images);
   }
   return {inside, hn::IfThenElseZero(inside, weight), hn::IfThenElseZero(inside, t), hn::Zero(d)};
 }

@@ -21,8 +21,7 @@ struct alignas(32) VolumePhotonBlock {
   float inverse_radius_squared[kVolumeBlock];                  ///< m^-2
   float dx[kVolumeBlock], dy[kVolumeBlock], dz[kVolumeBlock];  ///< direction of travel, unit
   float r[kVolumeBlock], g[kVolumeBlock], b[kVolumeBlock];     ///< flux times 2 / (pi radius^2), W m^-2
-  /// PhotonKernels::walls, m^-1
-  float wall_x[kVolumeBlock], wall_y[kVolumeBlock], wall_z[kVolumeBlock];
+  float wall[2][3][kVolumeBlock];                              ///< PhotonKernels::walls, m^-1
 };
 
 /// Eight nearby pieces of beams. The last piece of a tree fills the lanes behind it, without flux.
@@ -93,10 +92,10 @@ struct VolumeScratch {
 /// Sums the photons or beams at each segment of the tile (runs on the instruction set of set_simd()). The sum of a
 /// segment is added in the order of the tree: the same bits for any other segments in the tile.
 ///
-/// Photons add (1 - d^2 / r^2) T flux, at distance d from the segment: nothing behind their wall, and before it also
-/// what its mirror image across the wall would add there. Beams add the integral of that over the part of the segment
-/// which lies in the tube of the piece, with T to second order: a full crossing at distance u and angle theta has the
-/// kernel's integral 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta), the projection of the same kernel.
+/// Photons add (1 - d^2 / r^2) T flux, at distance d from the segment: nothing behind their walls, and before them also
+/// what mirror images across one wall or both would add there. Beams add the integral of that over the part of the
+/// segment which lies in the tube of the piece, with T to second order: a full crossing at distance u and angle theta
+/// has the kernel's integral 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta), the projection of the same kernel.
 void sum_volume(const VolumeTree& tree, SegmentTile& tile, VolumeScratch& scratch, VolumeCounts& counts);
 
 }  // namespace glowworm

@@ -291,36 +291,51 @@ class MediumParts {
   std::vector<bool> passed_;  // of each material
 };
 
-/// The part of a ray before a plane, metres; may be infinite.
-float distance_to(Vec3 wall, Vec3 direction) {
-  const float slope = dot(wall, direction);
+using Walls = std::array<Vec3, kWallsOfKernel>;
+constexpr Walls kNoWalls{{{0, 0, 0}, {0, 0, 0}}};
+
+/// The part of a ray before planes, metres; may be infinite.
+float distance_to(const Walls& walls, Vec3 direction) {
+  float slope = 0;
+  for (const Vec3 wall : walls) slope = std::max(slope, dot(wall, direction));
   return slope > 0 ? 1 / slope : std::numeric_limits<float>::infinity();
 }
 
-/// The plane among those of the rays, or none, before which the medium lies: shares of rays differ least.
-Vec3 best_wall(const KernelRays& rays, const KernelParts& parts) {
-  Vec3 best{0, 0, 0};
+/// The planes among those of the rays before which the medium lies, one after the other. What lies before them and not
+/// in the medium is looked up behind a wall, where it is too much; what they hide of the medium is made up for by a
+/// factor. So the first along one ray weighs as much as the second along all.
+Walls best_walls(const KernelRays& rays, const KernelParts& parts) {
+  Walls best = kNoWalls;
   float least = std::numeric_limits<float>::infinity();
-  const auto try_wall = [&](Vec3 wall) {
-    float unlike = 0;
+  const auto try_walls = [&](const Walls& walls) {
+    float leaks = 0, hides = 0;
     for (std::size_t i = 0; i < kRaysOfKernel; ++i) {
-      const float radius = parts[i].radius;
-      unlike += std::abs(share_within(distance_to(wall, rays[i].direction) / radius) - parts[i].share(radius));
+      const float radius = parts[i].radius, limit = distance_to(walls, rays[i].direction);
+      const float there = parts[i].share(limit);
+      leaks += share_within(limit / radius) - there;
+      hides += parts[i].share(radius) - there;
     }
-    if (!(unlike < least)) return;
-    least = unlike;
-    best = wall;
+    const float wrong = kRaysOfKernel * leaks + hides;
+    if (!(wrong < least)) return;
+    least = wrong;
+    best = walls;
   };
-  try_wall(best);
-  for (const RayParts& ray : parts) try_wall(ray.wall);
+  try_walls(best);
+  for (std::size_t i = 0; i < kWallsOfKernel; ++i) {
+    Walls walls = best;
+    for (const RayParts& ray : parts) {
+      walls[i] = ray.wall;
+      try_walls(walls);
+    }
+  }
   return best;
 }
 
-/// One over the share of the kernel before a plane that lies in the medium, at most one over kLeastShare.
-float factor_before(Vec3 wall, const KernelRays& rays, const KernelParts& parts) {
+/// One over the share of the kernel before planes that lies in the medium, at most one over kLeastShare.
+float factor_before(const Walls& walls, const KernelRays& rays, const KernelParts& parts) {
   float whole = 0, there = 0;
   for (std::size_t i = 0; i < kRaysOfKernel; ++i) {
-    const float limit = distance_to(wall, rays[i].direction);
+    const float limit = distance_to(walls, rays[i].direction);
     whole += share_within(limit / parts[i].radius);
     there += parts[i].share(limit);
   }
@@ -360,14 +375,14 @@ void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale,
   pieces.factor.assign(pieces.radii.size(), 1.0f);
   for_cut_kernels(tracer, Tubes(beams, pieces, scale),
                   [&](std::size_t i, const KernelRays& rays, const KernelParts& parts) {
-                    pieces.factor[i] = factor_before({0, 0, 0}, rays, parts);
+                    pieces.factor[i] = factor_before(kNoWalls, rays, parts);
                   });
 }
 
 void correct_photons(const Tracer& tracer, float scale, VolumePhotons& photons, PhotonKernels& kernels) {
   for_cut_kernels(tracer, Balls(photons, kernels, scale),
                   [&](std::size_t i, const KernelRays& rays, const KernelParts& parts) {
-                    kernels.walls[i] = best_wall(rays, parts);
+                    kernels.walls[i] = best_walls(rays, parts);
                     photons.flux[i] *= factor_before(kernels.walls[i], rays, parts);
                   });
 }

@@ -42,8 +42,8 @@ struct Meeting {
 };
 
 /// The surface, but for interfaces, that lies in the cylinder around a cluster: within `reach` of the axis along its
-/// normal, from `low` to `high`. A few triangles are copied here, since testing all of them is faster than tracing rays;
-/// where they are many, or textures cut holes into them, Embree traces the segments.
+/// normal, from `low` to `high`. A few triangles are copied here, since testing all of them is faster than tracing
+/// rays; where they are many, or textures cut holes into them, Embree traces the segments.
 class NearbySurface {
  public:
   explicit NearbySurface(const Tracer& tracer) : tracer_(tracer) {}

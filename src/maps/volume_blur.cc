@@ -1,6 +1,7 @@
 #include "maps/volume_blur.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -48,9 +49,25 @@ struct LineLight {
   double blur() const { return ((wide - own) * (wide - own) - difference) / (wide * wide); }
 };
 
-/// The kernel of a point at a line in units of its radius squared; `u` and `folded` are square distances in these, of
-/// the point and of its mirror image across a wall.
-double folded_kernel(double u, double folded) { return std::max(1 - u, 0.0) + std::max(1 - folded, 0.0); }
+/// The square distances of the mirror images of a point across its walls from a line, beyond that of the point.
+struct Folds {
+  std::array<double, kWallsOfKernel> further{};
+  bool before = true;  ///< whether the line's foot lies before all walls
+
+  /// @param across from the point to its foot on the line
+  Folds(const std::array<Vec3, kWallsOfKernel>& walls, Vec3 direction, Vec3 across) {
+    for (std::size_t i = 0; i < kWallsOfKernel; ++i) {
+      const double from = 1 - dot(walls[i], across), slope = dot(walls[i], direction);
+      further[i] = 4 * from / std::max(double{dot(walls[i], walls[i])} - slope * slope, 1e-30);
+      before &= from > 0;
+    }
+  }
+  /// The kernel with a radius, at a square distance.
+  double kernel(double squared, double radius) const {
+    const auto image = [&](double beyond) { return std::max(1 - (squared + beyond) / (radius * radius), 0.0); };
+    return image(0) + image(further[0]) + image(further[1]) + image(further[0] + further[1]);
+  }
+};
 
 /// Sums the points along a beam, but for those at its ends, which the beam itself leads to.
 LineLight light_along(const VolumeBeams& beams, std::uint32_t beam, float g, const VolumePhotons& points,
@@ -65,15 +82,13 @@ LineLight light_along(const VolumeBeams& beams, std::uint32_t beam, float g, con
     const Vec3 across = way + direction * t;
     const float wide = kWider * kernels.radii[i], squared = dot(across, across);
     if (!(squared < wide * wide) || t < kEnd * length || t > (1 - kEnd) * length) continue;
-    const Vec3 wall = kernels.walls[i];
-    const float before = 1 - dot(wall, across), slope = dot(wall, direction);
-    if (!(before > 0)) continue;
-    const double further = 4 * double{before} / std::max(double{dot(wall, wall) - slope * slope}, 1e-30);
-    const double per_own = 1 / (double{kernels.radii[i]} * kernels.radii[i]), per_wide = 1 / (double{wide} * wide);
+    const Folds folds(kernels.walls[i], direction, across);
+    if (!folds.before) continue;
+    const double own = kernels.radii[i];
     const double flux =
         double{luminance(points.flux[i])} * double{henyey_greenstein(-dot(direction, points.direction[i]), g)};
-    const double of_own = flux * per_own * folded_kernel(squared * per_own, (squared + further) * per_own);
-    const double of_wide = flux * per_wide * folded_kernel(squared * per_wide, (squared + further) * per_wide);
+    const double of_own = flux / (own * own) * folds.kernel(squared, own);
+    const double of_wide = flux / (double{wide} * wide) * folds.kernel(squared, wide);
     out.own += of_own;
     out.wide += of_wide;
     out.noise += of_wide * of_wide;

@@ -1,5 +1,7 @@
 // Photons in participating media, in structure-of-arrays form: points where they scatter, and beams between these.
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/rgb.h"
@@ -25,14 +27,17 @@ struct VolumePhotons : Batch<VolumePhotons> {
   void push_back(Vec3 p, Vec3 d, RGB f, std::uint32_t m, std::uint32_t s) { add(p, d, f, m, s); }
 };
 
+/// Most planes that bound a kernel.
+inline constexpr std::size_t kWallsOfKernel = 2;
+
 /// Where the flux of photons that scatter is blurred: over the disc across each segment. Index i is one photon.
 struct PhotonKernels : Batch<PhotonKernels> {
   LargeVector<float> radii;  ///< metres
-  /// A plane at which the medium ends: the unit vector from the photon towards it, over the distance (m^-1). Segments
-  /// behind the plane do not meet the photon, and the part of each disc there is folded back over the plane, as for
-  /// densities on a half-line (Silverman, "Density Estimation for Statistics and Data Analysis", 1986, section 2.10).
-  /// 0: none.
-  LargeVector<Vec3> walls;
+  /// Planes at which the medium ends, as in a corner or a gap: the unit vector from the photon towards each, over the
+  /// distance (m^-1). Segments behind a plane do not meet the photon, and the part of each disc there is folded back
+  /// over the plane, as for densities on a half-line (Silverman, "Density Estimation for Statistics and Data Analysis",
+  /// 1986, section 2.10). 0: none; the first is 0 only if both are.
+  LargeVector<std::array<Vec3, kWallsOfKernel>> walls;
 
   template <class Any>
   static auto arrays(Any& batch) {

@@ -123,8 +123,12 @@ TEST(VolumeMap, FoldsPhotonsBesideWalls) {
   PhotonKernels kernels = volume_photon_kernels(photons, 20);
   const VolumeSegments segments = cube_segments(2000);
   const std::vector<RGB> without = estimate(map_of(photons, kernels), segments);
-  for (std::uint32_t i = 0; i < photons.size(); i += 2)
-    kernels.walls[i] = hash_direction(i, 30) * (1 / (kernels.radii[i] * (0.05f + 1.2f * hash_number(i, 32))));
+  for (std::uint32_t i = 0; i < photons.size(); i += 2) {
+    const auto wall = [&](std::uint32_t at) {
+      return hash_direction(i, at) * (1 / (kernels.radii[i] * (0.05f + 1.2f * hash_number(i, at + 2))));
+    };
+    kernels.walls[i] = {wall(30), i % 4 == 0 ? wall(40) : Vec3{0, 0, 0}};
+  }
   const std::vector<RGB> found = estimate(map_of(photons, kernels), segments);
   EXPECT_LT(difference(found, brute_points(photons, kernels, segments)), 1e-4);
   EXPECT_NE(found, without);

@@ -74,15 +74,22 @@ inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const Ph
       const double u = inner(away, away) / r2;
       if (t < 0 || t > segments.length[i] || u >= 1) continue;
       double weight = 1 - u;
-      const Vector wall = vector(kernels.walls[j]);
-      const double slope = std::sqrt(std::max(inner(wall, wall) - inner(wall, d) * inner(wall, d), 0.0));
-      if (slope > 0) {
+      double further[kWallsOfKernel];
+      bool before = true;
+      for (std::size_t n = 0; n < kWallsOfKernel; ++n) {
+        further[n] = std::numeric_limits<double>::infinity();
+        const Vector wall = vector(kernels.walls[j][n]);
+        const double slope = std::sqrt(std::max(inner(wall, wall) - inner(wall, d) * inner(wall, d), 0.0));
+        if (!(slope > 0)) continue;
         // The line where the wall cuts the disc, and the place, by the coordinate across the line.
         const double line = 1 / slope, at = -inner(wall, away) / slope;
-        if (at >= line) continue;
-        // From the mirror image of the place.
-        weight += std::max(0.0, 1 - u - ((2 * line - at) * (2 * line - at) - at * at) / r2);
+        before &= at < line;
+        // Of the mirror image of the place.
+        further[n] = ((2 * line - at) * (2 * line - at) - at * at) / r2;
       }
+      if (!before) continue;
+      for (const double image : {further[0], further[1], further[0] + further[1]})
+        weight += std::max(0.0, 1 - u - image);
       add_scattered(found[i], segments, i, photons.direction[j],
                     transmitted(segments.medium[i], t, 2 / (std::numbers::pi * r2) * weight), photons.flux[j]);
     }

@@ -38,11 +38,13 @@ void set_lane(VolumePhotonBlock& block, std::size_t lane, std::uint32_t i, bool 
   set_common(block, lane, i, there);
   const float r = 0.3f * (0.5f + volume_number(i, 9));
   block.inverse_radius_squared[lane] = 1 / (r * r);
-  // Every other photon has a wall, at up to a radius and a half.
-  const Vec3 wall = i % 2 == 0 ? Vec3{0, 0, 0} : volume_direction(i, 11) * (1 / (1.5f * r * volume_number(i, 13)));
-  block.wall_x[lane] = wall.x;
-  block.wall_y[lane] = wall.y;
-  block.wall_z[lane] = wall.z;
+  // Every other photon has a wall, every fourth two, at up to a radius and a half.
+  for (std::uint32_t n = 0; n < 2; ++n) {
+    const bool none = n == 0 ? i % 2 == 0 : i % 4 != 3;
+    const Vec3 wall =
+        none ? Vec3{0, 0, 0} : volume_direction(i, 11 + 20 * n) * (1 / (1.5f * r * volume_number(i, 13 + 20 * n)));
+    for (int axis = 0; axis < 3; ++axis) block.wall[n][axis][lane] = wall[axis];
+  }
 }
 void set_lane(BeamBlock& block, std::size_t lane, std::uint32_t i, bool there) {
   set_common(block, lane, i, there);

@@ -31,12 +31,19 @@ inline PlainCrossing plain_cross(const SegmentTile& tile, std::size_t i, const V
   float way[3];
   const float t = plain_way(tile, i, place, way);
   const float u = plain_dot(way, way) * block.inverse_radius_squared[lane];
-  const float wall[3] = {block.wall_x[lane], block.wall_y[lane], block.wall_z[lane]};
   const float d[3] = {tile.direction[0][i], tile.direction[1][i], tile.direction[2][i]};
-  const float before = 1 - plain_dot(wall, way), along = plain_dot(wall, d);
-  const float further = 4 * before / std::max(plain_dot(wall, wall) - along * along, 1e-30f);
-  const float folded = std::max(1 - u - further * block.inverse_radius_squared[lane], 0.0f);
-  return {u < 1 && t >= 0 && t <= tile.length[i] && before > 0, 1 - u + folded, t, 0};
+  float further[2];
+  bool inside = u < 1 && t >= 0 && t <= tile.length[i];
+  for (int n = 0; n < 2; ++n) {
+    const float wall[3] = {block.wall[n][0][lane], block.wall[n][1][lane], block.wall[n][2][lane]};
+    const float before = 1 - plain_dot(wall, way), along = plain_dot(wall, d);
+    further[n] = 4 * before / std::max(plain_dot(wall, wall) - along * along, 1e-30f);
+    further[n] *= block.inverse_radius_squared[lane];
+    inside &= before > 0;
+  }
+  float weight = 1 - u;
+  for (const float image : {further[0], further[1], further[0] + further[1]}) weight += std::max(1 - u - image, 0.0f);
+  return {inside, weight, t, 0};
 }
 
 inline PlainCrossing plain_cross(const SegmentTile& tile, std::size_t i, const BeamBlock& block, int lane) {
