@@ -18,12 +18,21 @@ openvdb::GridBase::Ptr three_voxels() {
   return grid;
 }
 
+openvdb::FloatGrid::Ptr even_block(float value) {
+  const auto grid = openvdb::FloatGrid::create();
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid->fill(openvdb::CoordBBox({0, 0, 0}, {7, 7, 7}), value);
+  return grid;
+}
+
 openvdb::GridBase::Ptr grid_of(VdbGrid kind) {
   switch (kind) {
     case VdbGrid::doubles:
       return three_voxels<openvdb::DoubleGrid>();
     case VdbGrid::vectors:
       return three_voxels<openvdb::Vec3SGrid>();
+    case VdbGrid::hot:
+      return even_block(1);
     case VdbGrid::empty:
       return openvdb::FloatGrid::create();
     default:
@@ -49,9 +58,13 @@ void write_vdb(const std::string& path, const std::string& name, VdbGrid kind) {
   grid->setTransform(map_of(kind));
   grid->setSaveFloatAsHalf(kind == VdbGrid::halves);
   if (kind == VdbGrid::level_set) grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  const auto temperature = openvdb::FloatGrid::create();
+  const bool hot = kind == VdbGrid::hot;
+  const auto temperature = hot ? even_block(4000) : openvdb::FloatGrid::create();
   temperature->setName("temperature");
-  temperature->getAccessor().setValue({2, 0, -1}, 1000);
+  if (hot)
+    temperature->setTransform(map_of(kind));
+  else
+    temperature->getAccessor().setValue({2, 0, -1}, 1000);
   openvdb::io::File file(path);
   file.write({grid, temperature});
 }

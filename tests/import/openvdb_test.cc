@@ -71,6 +71,32 @@ TEST_F(OpenVdbTest, MediaOfPbrtFilesHaveThem) {
   EXPECT_TRUE(is_black(at(20, 40, 60).emission)) << "the hot voxel is elsewhere";
 }
 
+/// As the light of the same box in a grid of temperatures in the pbrt file itself.
+TEST_F(OpenVdbTest, TemperaturesEmitAsThoseOfPbrtFiles) {
+  smoke(VdbGrid::hot);
+  const std::string glow = " \"rgb sigma_a\" [2 2 2] \"rgb sigma_s\" [1 1 1] \"float Lescale\" ";
+  const std::string shift = " \"float temperatureoffset\" 1000 \"float temperaturescale\" 1.5 ";
+  const SceneDescription d =
+      load_scene(write("glow.pbrt",
+                       "WorldBegin\nMakeNamedMedium \"smoke\" \"string type\" \"nanovdb\" \"string filename\" "
+                       "\"smoke.vdb\"" +
+                           glow + "3" + shift +
+                           "\nMakeNamedMedium \"even\" \"string type\" \"uniformgrid\" \"point3 p0\" [9 19 29] "
+                           "\"point3 p1\" [14 24 34] \"float density\" 1 \"float temperature\" 4000" +
+                           glow + "3" + shift + "\nShape \"sphere\"\n"));
+  ASSERT_EQ(d.media.size(), 2u);
+  const auto at = [&](std::size_t medium, double across) {
+    return medium_point(d.media[medium], narrow(Vec3d(across, 21.5, 31.5) - Vec3d(d.origin)));
+  };
+  const MediumPoint right = at(1, 11.5), inside = at(0, 11.5);
+  EXPECT_GT(luminance(right.emission), 1);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(inside.emission[c], right.emission[c], 1e-3f * right.emission[c]) << c;
+    EXPECT_NEAR(inside.sigma_a[c], right.sigma_a[c], 1e-3f) << c;
+  }
+  EXPECT_TRUE(is_black(at(0, 9).emission)) << "beyond the voxels";
+}
+
 TEST_F(OpenVdbTest, WhatCannotBeReadIsAnErrorWithTheFile) {
   EXPECT_THAT(error_of(smoke(), "smoke"), AllOf(HasSubstr("has no grid 'smoke'"), HasSubstr("density, temperature")));
   EXPECT_THAT(error_of(smoke(VdbGrid::vectors)), HasSubstr("values of type vec3s"));
