@@ -63,6 +63,7 @@ class Pixels {
 };
 
 /// Whether the light around two pixels is the same.
+/// @param a with quiet_variance(). If `b` shows the same light, its samples have the same variance.
 bool same_light(const LightEstimate& a, const Pixels& of_a, int x, int y, const LightEstimate& b, const Pixels& of_b,
                 int u, int v) {
   float squares = 0, sum = 0, variance = 0;
@@ -73,16 +74,26 @@ bool same_light(const LightEstimate& a, const Pixels& of_a, int x, int y, const 
       const float difference = a.level[i] - b.level[j];
       squares += difference * difference;
       sum += difference;
-      variance += a.variance[i] + b.variance[j];
+      variance +=
+          a.variance[i] * (1 + static_cast<float>(a.samples[i]) / static_cast<float>(std::max(b.samples[j], 1u)));
     }
   return squares <= kMostOfPatch * variance && sum * sum <= kMostOfSum * variance;
+}
+
+/// Variances for same_light(). At edges of light, the spread of a pixel's samples is far above the noise of their mean,
+/// because they are stratified: so no variance is more than what pixels on the quieter side have.
+std::vector<float> quiet_variance(const LightEstimate& estimate, const FilterGuides& guides) {
+  std::vector<float> out = expected_variance(estimate, guides);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = std::min(out[i], estimate.variance[i]);
+  return out;
 }
 
 }  // namespace
 
 void add_earlier_samples(const EarlierFrames& earlier, const FilterGuides& guides, LightEstimate FrameLight::*layer,
                          LightEstimate& estimate) {
-  const LightEstimate own = estimate;
+  LightEstimate own = estimate;
+  own.variance = quiet_variance(estimate, guides);
   const Pixels pixels(earlier.view, guides);
   const auto add_to = [&](int x, int y) {
     const std::size_t i = pixels.at(x, y);
@@ -91,7 +102,7 @@ void add_earlier_samples(const EarlierFrames& earlier, const FilterGuides& guide
     const float slope = pixels.slope(x, y);
     float samples = static_cast<float>(own.samples[i]);
     RGB light = own.light[i] * samples;
-    float level = own.level[i] * samples, variance = own.variance[i] * samples * samples;
+    float level = own.level[i] * samples, variance = estimate.variance[i] * samples * samples;
     for (const std::shared_ptr<const FrameLight>& frame : earlier.frames) {
       const Pixels others(frame->view, frame->guides);
       int u = 0, v = 0;

@@ -83,10 +83,8 @@ class LightFilter {
   }
 
   FilteredLight run() {
-    for_rows([&](int y) { load_surfaces(y); });
-    for_rows([&](int y) { find_slopes(y); });
+    find_noise_of_all();
     for_rows([&](int y) { share_variance(y); });
-    for_rows([&](int y) { find_noise(planes_at(0, y), width_, noise_.at(0, y)); });
     calibrate();
     out_.light.resize(guides_.size());
     out_.variance.resize(guides_.size());
@@ -102,7 +100,22 @@ class LightFilter {
     return std::move(out_);
   }
 
+  std::vector<float> expected() {
+    find_noise_of_all();
+    std::vector<float> out(guides_.size());
+    for_rows([&](int y) {
+      for (int x = 0; x < width_; ++x)
+        out[index(x, y)] = *noise_.at(x, y) / static_cast<float>(std::max(estimate_.samples[index(x, y)], 1u));
+    });
+    return out;
+  }
+
  private:
+  void find_noise_of_all() {
+    for_rows([&](int y) { load_surfaces(y); });
+    for_rows([&](int y) { find_slopes(y); });
+    for_rows([&](int y) { find_noise(planes_at(0, y), width_, noise_.at(0, y)); });
+  }
   template <typename Work>
   void for_rows(Work&& work) const {
     parallel_for(0, static_cast<std::size_t>(height_), 8, [&](std::size_t first, std::size_t last) {
@@ -302,6 +315,10 @@ FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& gu
   if (std::any_of(estimate.samples.begin(), estimate.samples.end(), [](std::uint32_t n) { return n < 2; }))
     return {estimate.light, estimate.variance, estimate.variance};
   return LightFilter(estimate, guides, rows).run();
+}
+
+std::vector<float> expected_variance(const LightEstimate& estimate, const FilterGuides& guides) {
+  return LightFilter(estimate, guides, {}).expected();
 }
 
 }  // namespace glowworm

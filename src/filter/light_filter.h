@@ -65,6 +65,11 @@ struct FilteredLight {
 /// @param rows whose light is wanted: the others only help
 FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows = {});
 
+/// The variance that the level of each pixel is expected to have, by the samples of the pixels around it
+/// (find_noise()). It is small beside edges of light, where that of a pixel's own samples is large: these are
+/// stratified.
+std::vector<float> expected_variance(const LightEstimate& estimate, const FilterGuides& guides);
+
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.
 inline constexpr std::size_t kFilterBytesEach = 2 * (sizeof(Vec3) + 6 * sizeof(RGB)) + 16;
 

@@ -75,6 +75,38 @@ TEST(EarlierFrames, AreNotUsedInOtherLight) {
   EXPECT_NEAR(sum / (kSide * kSide), 2, 0.03);
 }
 
+constexpr float kShadow = 0.013f, kLit = 2;
+
+/// A frame of the wall with the edge of a shadow at x = kShadow. Independent samples would vary by `variance` at the
+/// edge; as they are stratified, each pixel is right to a small error.
+FrameLight frame_of_shadow(float x, std::uint32_t seed) {
+  FrameLight out = frame_of_wall(x, seed, [](Vec3) { return 0.0f; });
+  const float pixel = 2 * std::tan(kPi / 6) / kSide;
+  Sampler random(SamplerKind::independent, seed, 0, 0);
+  for (std::size_t i = 0; i < kSide * kSide; ++i) {
+    const Vec2 film{static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f};
+    const float middle = unproject(out.view.camera, film, kSide, kSide, out.guides.depth[i]).x;
+    const float lit = std::clamp((middle - kShadow) / pixel + 0.5f, 0.0f, 1.0f);
+    const float value = kLit * lit + 0.01f * (2 * random.next1() - 1);
+    out.direct.light[i] = RGB(value);
+    out.direct.level[i] = value;
+    out.direct.variance[i] = kLit * kLit * lit * (1 - lit) / 4 + 0.01f * 0.01f / 3;
+  }
+  return out;
+}
+
+TEST(EarlierFrames, DoNotBlurShadows) {
+  FrameLight own = frame_of_shadow(0, 0);
+  const LightEstimate before = own.direct;
+  std::vector<std::shared_ptr<const FrameLight>> frames;
+  for (int i = 1; i <= 3; ++i)
+    frames.push_back(std::make_shared<const FrameLight>(
+        frame_of_shadow(-0.0043f * static_cast<float>(i), static_cast<std::uint32_t>(i))));
+  add_earlier_samples({own.view, frames}, own.guides, &FrameLight::direct, own.direct);
+  for (std::size_t i = 0; i < before.level.size(); ++i)
+    EXPECT_NEAR(own.direct.level[i], before.level[i], 0.1) << i % kSide;
+}
+
 TEST(EarlierFrames, AreNotUsedOnOtherSurfaces) {
   FrameLight own = frame_of_wall(0, 0, even);
   const LightEstimate before = own.direct;
