@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
-"""A walk through the atrium: cost of frames that share their maps, and flicker: bench/results/walk.md.
+"""A walk of 120 frames through scenes: cost of frames that share their maps and light, and flicker: bench/results/walk.md.
 
-The walk is rendered as a sequence, whose frames share photons and guides, and frame by frame with photons of its own for
-each, as a renderer without sequences does. Both are rendered with two seeds.
+The walk is rendered in three ways: with photons of its own for each frame, as a renderer without sequences does; with
+photons and guides that all frames share; and with light of earlier frames as well (--reuse). Only the last walks all the
+way. Scenes are builtin:atrium, and the living room of ../shared/scenes where that folder exists.
 
 Cost is the processor time of a frame. Flicker is the root mean square over time of the noise at fixed points of surfaces,
-over the picture's mean; noise is the same over points and frames, and patches are means of 9 x 9 pixels around the
-points. The difference of the two seeds at a point has no signal, so its spread over the frames that see the point, over
-the root of two, is flicker without the change of the picture. Points are pixels of the frame in the middle; another
-frame sees a point if one of its pixels lies within 1% of the depth. Both rows have the same few frames.
+over the picture's mean, in frames that follow each other; noise is the same over points and frames. The difference of
+two seeds at a point has no signal, so its spread over the frames that see the point, over the root of two, is flicker
+without the change of the picture. Points are pixels of the frame in the middle; another frame sees a point if one of its
+pixels lies within 1% of the depth. A pixel at an edge of a surface shows no point: there, what it shows depends on where
+the edge cuts it. So a second set of columns has the points alone whose 3 x 3 pixels show one smooth surface, in each
+frame; its median is of the flicker of single points.
 
 Frames stay in build/walk/, and are made where they are missing.
 
-usage: tables_walk.py [--frames N] [--size WxH] [SCENE]
+usage: tables_walk.py [--frames N] [--size WxH] [SCENE...]
 """
 import argparse
 import json
@@ -31,12 +34,16 @@ from figures import luminance, processor_seconds  # noqa: E402
 PROGRAM = os.path.join(ROOT, "build/release/bin/glowworm")
 CACHE = os.path.join(ROOT, "build/walk")
 RESULTS = os.path.join(ROOT, "bench/results/walk.md")
-LAYERS = "position,depth"
+LAYERS = "position,depth,normal"
 SEEDS = (1, 2)
 NEAR = 0.01
 FEWEST_FRAMES = 4  # in which a point is seen
-OWN_FRAMES, OWN_STEP = 4, 3  # frames with photons of their own, and every how many-th they are
-PATCH = 4  # pixels around a point
+REUSE = 8
+WINDOW = range(24, 36)  # frames whose flicker is measured
+OWN = range(24, 36, 4)  # frames with photons of their own
+LIVING_ROOM = os.path.join(ROOT, "../shared/scenes/bitterli-living-room-pbrt/living-room-jpgtex.pbrt")
+# Metres to the right, up and ahead, and degrees to the right and up, of the whole walk.
+MOVES = {"builtin:atrium": ([0, 0, 6], [40, 0]), LIVING_ROOM: ([0.3, 0, 1], [-20, 0])}
 
 
 def run(*command):
@@ -49,114 +56,140 @@ def run(*command):
 class Walk:
     def __init__(self, scene, frames, size):
         self.frames = frames
-        self.script = os.path.join(CACHE, f"walk-{frames}.json")
-        with open(self.script, "w", encoding="utf-8") as out:
-            json.dump({"frames": frames, "moves": [{"from": 0, "to": frames, "fly": [0, 0, 2.0], "look": [25, 0]}]}, out)
-        self.common = [scene, "--script", self.script, "--size", size, "--precision", "float", "--aov", LAYERS]
-        self.name = f"{scene.replace(':', '-').replace('/', '-')}-{size}-{frames}"
+        self.scene = scene if scene.startswith("builtin:") else os.path.basename(os.path.dirname(scene))
+        name = self.scene.replace(":", "-")
+        script = os.path.join(CACHE, f"{name}-{frames}.json")
+        fly, look = MOVES.get(scene, ([0, 0, 1], [20, 0]))
+        with open(script, "w", encoding="utf-8") as out:
+            json.dump({"frames": frames, "moves": [{"from": 0, "to": frames, "fly": fly, "look": look}]}, out)
+        self.common = [scene, "--script", script, "--size", size, "--precision", "float", "--aov", LAYERS]
+        self.name = f"{name}-{size}-{frames}"
 
     def folder(self, kind):
         path = os.path.join(CACHE, f"{self.name}-{kind}")
         os.makedirs(path, exist_ok=True)
         return path
 
-    def render(self, kind, frames, seed):
-        """Renders frames of a run, unless they are there. Their processor seconds are in a file."""
+    def render(self, kind, seed, frames, *more):
+        """Renders frames, unless they are there. Returns processor seconds, which are kept in a file."""
         folder = self.folder(kind)
-        for frame in frames:
-            file = os.path.join(folder, f"{frame:03}.json")
-            if os.path.exists(file):
-                continue
-            seconds = run("render", *self.common, "--seed", seed, "--frames", frame, "-o",
+        file = os.path.join(folder, f"{frames}.json")
+        if not os.path.exists(file):
+            seconds = run("render", *self.common, "--seed", seed, "--frames", frames, *more, "-o",
                           os.path.join(folder, "###.exr"))
             with open(file, "w", encoding="utf-8") as out:
                 json.dump(seconds, out)
-
-    def render_shared(self, seed):
-        """The whole sequence in one process; the time of the first frame alone tells what the others take."""
-        folder = self.folder(f"shared-{seed}")
-        file = os.path.join(folder, "seconds.json")
-        if not os.path.exists(file):
-            first = run("render", *self.common, "--seed", seed, "--frames", 0, "-o", os.path.join(folder, "###.exr"))
-            os.remove(os.path.join(folder, "000.exr"))
-            whole = run("render", *self.common, "--seed", seed, "-o", os.path.join(folder, "###.exr"))
-            with open(file, "w", encoding="utf-8") as out:
-                json.dump([first, (whole - first) / (self.frames - 1)], out)
         with open(file, encoding="utf-8") as text:
             return json.load(text)
+
+    def render_own(self):
+        """Frames with other photons for each; returns the seconds of one."""
+        return np.mean([self.render(f"own-{seed}", 1000 * seed + frame, str(frame)) for seed in SEEDS for frame in OWN])
+
+    def render_sequence(self, kind, last, *more):
+        """Frames up to the last, and those of the window by the other seed. Returns the seconds of the first, and of
+        each further one."""
+        first = self.render(f"{kind}-first", SEEDS[0], "0")
+        whole = self.render(f"{kind}-{SEEDS[0]}", SEEDS[0], f"0-{last}", *more)
+        self.render(f"{kind}-{SEEDS[1]}", SEEDS[1], f"{WINDOW[0]}-{WINDOW[-1]}", *more)
+        return first, (whole - first) / last
 
     def picture(self, kind, frame):
         return glowworm.Picture.read(os.path.join(self.folder(kind), f"{frame:03}.exr"))
 
 
-def patches(image, reach):
-    """Means of squares around each pixel."""
-    side = 2 * reach + 1
-    padded = np.pad(image, reach, mode="edge")
-    return np.lib.stride_tricks.sliding_window_view(padded, (side, side)).mean(axis=(2, 3))
+class Frame:
+    """What a picture shows at each pixel."""
+
+    def __init__(self, picture):
+        self.light = luminance(picture["image"])
+        self.depth = np.squeeze(np.asarray(picture["depth"]))
+        self.place = np.where(np.isfinite(self.depth)[..., None], np.asarray(picture["position"]), np.inf)
+        self.normal = np.asarray(picture["normal"])
+
+    def inside(self):
+        """Whether the 3 x 3 pixels around each show one smooth surface."""
+        alone = np.isfinite(self.depth) & (np.linalg.norm(self.normal, axis=2) > 0.98)
+        out = np.pad(np.ones(np.subtract(alone.shape, 2), bool), 1)
+        for by in [(y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)]:
+            around = [np.roll(a, by, (0, 1)) for a in (self.place, self.normal, alone)]
+            with np.errstate(invalid="ignore"):
+                off_plane = np.abs(((around[0] - self.place) * self.normal).sum(axis=2))
+            turned = ((around[1] - self.normal)**2).sum(axis=2)
+            out &= around[2] & (off_plane < NEAR * self.depth) & (turned < 0.04)
+        return (out & alone).reshape(-1)
+
+    def find(self, points):
+        """The pixel nearest to each point, and whether it shows it."""
+        middle = points.mean(axis=0)
+        p, q = points - middle, np.where(np.isfinite(self.place.reshape(-1, 3)), self.place.reshape(-1, 3) - middle, 1e6)
+        nearest = ((p**2).sum(axis=1)[:, None] - 2 * p @ q.T + (q**2).sum(axis=1)[None]).argmin(axis=1)
+        return nearest, np.linalg.norm(p - q[nearest], axis=1) < NEAR * self.depth.reshape(-1)[nearest]
 
 
-def noise_of(walk, kinds, frames, reach):
-    """Flicker and noise, relative to the mean, of patches around the points of two runs, and the number of points."""
-    middle = walk.picture(kinds[0], frames[len(frames) // 2])
-    depth = np.squeeze(np.asarray(middle["depth"])).reshape(-1)
-    points = np.asarray(middle["position"]).reshape(-1, 3)[::7]
-    points = points[np.isfinite(depth[::7])]
-    series = np.full((len(frames), len(points)), np.nan)
-    mean = []
-    for i, frame in enumerate(frames):
-        one, other = (walk.picture(kind, frame) for kind in kinds)
-        a, b = luminance(one["image"]), luminance(other["image"])
-        mean.append((a.mean() + b.mean()) / 2)
-        difference = patches(a - b, reach).reshape(-1)
-        places = np.asarray(one["position"]).reshape(-1, 3)
-        far = np.squeeze(np.asarray(one["depth"])).reshape(-1)
-        # |p - q|^2 = |p|^2 - 2 p q + |q|^2, relative to the middle of the points.
-        p, q = points - points.mean(axis=0), places - points.mean(axis=0)
-        distance = (p**2).sum(axis=1)[:, None] - 2 * p @ q.T + (q**2).sum(axis=1)[None]
-        nearest = distance.argmin(axis=1)
-        offset = np.linalg.norm(points - places[nearest], axis=1)
-        seen = offset < NEAR * far[nearest]
-        series[i, seen] = difference[nearest[seen]]
+def spread(series, scale):
+    """Flicker, noise, median flicker and number of the points that enough frames see."""
     series = series[:, np.isfinite(series).sum(axis=0) >= FEWEST_FRAMES]
-    scale = 2**0.5 * np.mean(mean)
     count = np.isfinite(series).sum(axis=0)
-    flicker = np.sqrt(np.mean(np.nanvar(series, axis=0) * count / (count - 1)))
-    return flicker / scale, np.sqrt(np.nanmean(series**2)) / scale, series.shape[1]
+    variance = np.nanvar(series, axis=0) * count / (count - 1)
+    return (*(np.sqrt([variance.mean(), np.nanmean(series**2), np.median(variance)]) / scale), series.shape[1])
+
+
+def noise_of(walk, kind, frames):
+    """spread() of the points of a run by two seeds, and of those within surfaces."""
+    middle = Frame(walk.picture(f"{kind}-{SEEDS[0]}", frames[len(frames) // 2]))
+    chosen = np.flatnonzero(np.isfinite(middle.depth))[::5]
+    points, within = middle.place.reshape(-1, 3)[chosen], middle.inside()[chosen]
+    every, inside = (np.full((len(frames), len(points)), np.nan) for _ in range(2))
+    mean = []
+    for i, number in enumerate(frames):
+        one, other = (Frame(walk.picture(f"{kind}-{seed}", number)) for seed in SEEDS)
+        mean.append((one.light.mean() + other.light.mean()) / 2)
+        difference = (one.light - other.light).reshape(-1)
+        nearest, seen = one.find(points)
+        every[i, seen] = difference[nearest[seen]]
+        seen &= within & one.inside()[nearest]
+        inside[i, seen] = difference[nearest[seen]]
+    scale = 2**0.5 * np.mean(mean)
+    return spread(every, scale), spread(inside, scale)
+
+
+def rows_of(walk):
+    """Rows of the table."""
+    own = walk.render_own()
+    shared = walk.render_sequence("shared", WINDOW[-1])
+    reused = walk.render_sequence("reused", walk.frames - 1, "--reuse", REUSE)
+    single = noise_of(walk, "shared", WINDOW)
+    for name, kind, first, further in [("share photons and guides", "shared", *shared),
+                                       (f"and light of {REUSE} before", "reused", *reused)]:
+        cells = [f"{first:.2f} | {further:.2f}"]
+        for (flicker, noise, median, points), (_, of_one, _, _) in zip(noise_of(walk, kind, WINDOW), single):
+            cells.append(f"{flicker:.2%} | {noise:.2%} | {flicker / of_one:.0%} | {median:.2%} | {points}")
+        yield f"| {walk.scene} | {name} | {' | '.join(cells)} |"
+    yield f"| {walk.scene} | have their own photons | {own:.2f} | {own:.2f} |" + " |" * 10
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=int, default=24)
-    parser.add_argument("--size", default="160x90")
-    parser.add_argument("scene", nargs="?", default="builtin:atrium")
+    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--size", default="128x72")
+    parser.add_argument("scenes", nargs="*", default=[s for s in MOVES if s.startswith("builtin:") or os.path.exists(s)])
     options = parser.parse_args()
+    if options.frames <= WINDOW[-1]:
+        parser.error(f"--frames must be more than {WINDOW[-1]}")
     os.makedirs(CACHE, exist_ok=True)
     os.makedirs(os.path.dirname(RESULTS), exist_ok=True)
-    walk = Walk(options.scene, options.frames, options.size)
-    own = list(range(0, options.frames, OWN_STEP))[:OWN_FRAMES]
-    shared = [walk.render_shared(seed) for seed in SEEDS]
-    seconds = []
-    for seed in SEEDS:
-        for frame in own:
-            # Other photons for each frame.
-            walk.render(f"own-{seed}", [frame], 1000 * seed + frame)
-            with open(os.path.join(walk.folder(f"own-{seed}"), f"{frame:03}.json"), encoding="utf-8") as text:
-                seconds.append(json.load(text))
-    lines = ["# A walk through a scene", "",
+    lines = ["# A walk through scenes", "",
              f"Written by `bench/tables_walk.py`, which says what the columns are: {options.frames} frames of "
-             f"{options.size} pixels of {options.scene}, with default settings.", "",
-             "| frames | first, s | each further, s | flicker | noise | patches: flicker | noise | points |",
-             "| --- |" + " ---: |" * 7]
-    first, each = np.mean(shared, axis=0)
-    rows = [("share photons and guides", first, each, [f"shared-{s}" for s in SEEDS], own),
-            ("have their own", np.mean(seconds), np.mean(seconds), [f"own-{s}" for s in SEEDS], own)]
-    for name, begin, further, kinds, frames in rows:
-        flicker, noise, points = noise_of(walk, kinds, frames, 0)
-        of_patches = noise_of(walk, kinds, frames, PATCH)
-        lines.append(f"| {name} | {begin:.2f} | {further:.2f} | {flicker:.2%} | {noise:.2%} | {of_patches[0]:.2%} | "
-                     f"{of_patches[1]:.2%} | {points} |")
-        print(lines[-1], flush=True)
+             f"{options.size} pixels, with default settings. The ratio is flicker over the noise of frames that use no "
+             "light again.", "",
+             "| scene | frames | first, s | each further, s | all points: flicker | noise | ratio | median | points | "
+             "within surfaces: flicker | noise | ratio | median | points |",
+             "| --- | --- |" + " ---: |" * 12]
+    for scene in options.scenes:
+        for row in rows_of(Walk(scene, options.frames, options.size)):
+            lines.append(row)
+            print(row, flush=True)
     with open(RESULTS, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 
