@@ -115,7 +115,7 @@ class PathPass {
   FirstHit& first_hit_;
   Statistics& statistics_;
   PathMedium camera_medium_;
-  const SunImages* images_ = nullptr;  // for points in air; null: none
+  const LightImages* images_ = nullptr;  // for points in air; null: none
   PathLookups found_;
   LargeVector<RGB> found_light_;
 };

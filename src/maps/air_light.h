@@ -11,7 +11,7 @@
 #include "points/gather_points.h"
 #include "points/photon_segment.h"
 #include "trace/tracer.h"
-#include "transport/sun_images.h"
+#include "transport/light_images.h"
 
 namespace glowworm {
 
@@ -35,8 +35,8 @@ struct AirLight {
   float most_radius = 0;                ///< metres
   std::uint32_t nearest = 1;            ///< photons of an estimate, unless more than `most_radius` would hold them
   KernelShape kernel = KernelShape::epanechnikov;
-  float radius_scale = 1;                   ///< factor on the radii
-  std::shared_ptr<const SunImages> images;  ///< whose light photons leave to rays; null where no photons are traced
+  float radius_scale = 1;                     ///< factor on the radii
+  std::shared_ptr<const LightImages> images;  ///< whose light photons leave to rays; null where no photons are traced
 };
 
 /// The largest radius of a lookup: four times the one that holds `nearest` of photons that cross the scene evenly.

@@ -10,26 +10,23 @@ namespace glowworm {
 
 namespace {
 
-/// A directional light and the directions of its images.
-struct ImagedSun {
+/// A light of the scene and its images.
+struct SourceImages {
   std::uint32_t source = 0;  ///< counted as in Scene::light_power()
-  RGB irradiance;            ///< across its light, W m^-2
-  Vec3 to_sun;
-  std::vector<Vec3> images;
+  ImagedLight light;
 };
 
-std::vector<ImagedSun> imaged_suns(const Scene& scene, const SunImages& images) {
-  std::vector<ImagedSun> out;
+std::vector<SourceImages> images_of_lights(const Scene& scene, const LightImages& images) {
+  std::vector<SourceImages> out;
   for (std::size_t i = 0; i < scene.lights().size(); ++i) {
-    const Light& light = scene.lights()[i];
-    if (light.kind != LightKind::directional || is_black(light.intensity)) continue;
+    if (is_black(scene.lights()[i].intensity)) continue;
     const auto source = static_cast<std::uint32_t>(scene.emissive_triangles().size() + i);
-    out.push_back({source, light.intensity, -light.direction, images.of(-light.direction)});
+    out.push_back({source, images.of(scene.lights()[i])});
   }
   return out;
 }
 
-/// Points at one place that face one way, and their light by suns.
+/// Points at one place that face one way, and their light by images.
 struct SamePoints {
   std::vector<std::size_t> points;
   std::vector<RGB> light;
@@ -49,31 +46,31 @@ std::vector<SamePoints> same_points(std::span<const AirPoint> points) {
 
 }  // namespace
 
-void add_image_light(const Tracer& tracer, const SunImages& images, std::span<const AirPoint> points,
+void add_image_light(const Tracer& tracer, const LightImages& images, std::span<const AirPoint> points,
                      SlotRadiance& radiance, std::vector<RGB>& part, Statistics& statistics) {
   if (images.empty()) return;
   const Scene& scene = tracer.scene();
-  const std::vector<ImagedSun> suns = imaged_suns(scene, images);
+  const std::vector<SourceImages> sources = images_of_lights(scene, images);
   std::vector<SamePoints> places = same_points(points);
   parallel_for_each(places.size(), 1, [&](std::size_t i) {
     const AirPoint& point = points[places[i].points.front()];
     const PathMedium medium =
         scene.media().empty() ? PathMedium{} : medium_at_start(tracer, point.position, point.normal);
     std::uint64_t rays = 0;
-    for (const ImagedSun& sun : suns) {
-      RGB light(0.0f);
-      for (const Vec3 image : sun.images)
-        if (const float cosine = dot(image, point.normal); cosine > 0)
-          light += light_of_image(tracer, point.position, medium, image, sun.to_sun, rays) * sun.irradiance * cosine;
-      places[i].light.push_back(light);
+    for (const SourceImages& source : sources) {
+      RGB found(0.0f);
+      for (const Vec3 image : source.light.images)
+        if (const float cosine = dot(source.light.direction(image, point.position), point.normal); cosine > 0)
+          found += light_of_image(tracer, point.position, medium, source.light, image, rays) * cosine;
+      places[i].light.push_back(found);
     }
     statistics.add(Counter::occlusion_rays, rays);
   });
   for (const SamePoints& same : places)
-    for (std::size_t k = 0; k < suns.size(); ++k)
+    for (std::size_t k = 0; k < sources.size(); ++k)
       if (!is_black(same.light[k]))
         for (const std::size_t point : same.points)
-          radiance.add(part, points[point].slot, same.light[k], suns[k].source);
+          radiance.add(part, points[point].slot, same.light[k], sources[k].source);
 }
 
 }  // namespace glowworm

@@ -230,7 +230,7 @@ void PhotonMaps::trace_air(const Tracer& tracer, PhotonPassSettings pass, Statis
   air_.most_radius = most_air_radius(tracer.scene(), pass.photons, air_.nearest);
   const DiscTree discs = air_discs(tracer.scene(), *settings_.in_air, air_.most_radius);
   pass.discs = &discs;
-  if (!air_.images) air_.images = std::make_shared<const SunImages>(SunImages::of_lights(tracer.scene()));
+  if (!air_.images) air_.images = std::make_shared<const LightImages>(LightImages::of_lights(tracer.scene()));
   if (settings_.air_choice == PhotonChoice::all) {
     pass_ = trace_photons(tracer, pass, statistics);
     air_.segments = std::exchange(pass_.segments, {});

@@ -14,8 +14,8 @@
 #include "maps/air_light.h"
 #include "measure/measurement.h"
 #include "transport/light_connection.h"
+#include "transport/light_images.h"
 #include "transport/medium.h"
-#include "transport/sun_images.h"
 #include "transport/vertex.h"
 
 namespace glowworm {
@@ -267,11 +267,11 @@ namespace {
 void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sensors, const YearSky& sky,
                     const std::function<void(double)>& progress, DirectSun& out) {
   const Scene& scene = tracer.scene();
-  const SunImages of_scene(scene);
+  const LightImages of_scene(scene);
   if (of_scene.empty()) return;
-  std::vector<std::vector<Vec3>> images(sky.lit.size());
-  for (std::size_t hour = 0; hour < images.size(); ++hour)
-    if (sky.beam[hour] > 0) images[hour] = of_scene.of(sky.sun[hour]);
+  std::vector<ImagedLight> suns(sky.lit.size());
+  for (std::size_t hour = 0; hour < suns.size(); ++hour)
+    if (sky.beam[hour] > 0) suns[hour] = of_scene.of(sun_towards(sky.sun[hour]));
   const auto add = [&](std::size_t sensor, std::size_t first, std::size_t end) {
     if (!grid.has(sensor)) return;
     const AirPoint point = air_point(scene, grid, sensor, 0);
@@ -279,18 +279,18 @@ void add_sun_images(const Tracer& tracer, const PointGrid& grid, std::size_t sen
         scene.media().empty() ? PathMedium{} : medium_at_start(tracer, point.position, point.normal);
     std::uint64_t rays = 0;
     for (std::size_t hour = first; hour < end; ++hour)
-      for (const Vec3 image : images[hour]) {
+      for (const Vec3 image : suns[hour].images) {
         const float cosine = dot(image, point.normal);
         if (!(cosine > 0)) continue;
-        std::vector<float>& part = SunImages::same(image, sky.sun[hour]) ? out.straight : out.mirrored;
-        part[sensor * images.size() + hour] +=
-            cosine * luminance(light_of_image(tracer, point.position, medium, image, sky.sun[hour], rays));
+        std::vector<float>& part = suns[hour].same(image, sky.sun[hour]) ? out.straight : out.mirrored;
+        part[sensor * suns.size() + hour] +=
+            cosine * luminance(light_of_image(tracer, point.position, medium, suns[hour], image, rays));
       }
   };
   constexpr std::size_t kHoursAtOnce = 64;
-  for (std::size_t first = 0; first < images.size(); first += kHoursAtOnce) {
-    if (progress) progress(static_cast<double>(first) / static_cast<double>(images.size()));
-    const std::size_t end = std::min(first + kHoursAtOnce, images.size());
+  for (std::size_t first = 0; first < suns.size(); first += kHoursAtOnce) {
+    if (progress) progress(static_cast<double>(first) / static_cast<double>(suns.size()));
+    const std::size_t end = std::min(first + kHoursAtOnce, suns.size());
     parallel_for_each(sensors, 1, [&](std::size_t sensor) { add(sensor, first, end); });
   }
 }

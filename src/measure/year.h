@@ -108,7 +108,7 @@ std::vector<float> reflected_sun(const Tracer& tracer, const GatherPoints& point
 /// times the luminance of a normal irradiance of 1. Sensors are rows.
 struct DirectSun {
   std::vector<float> straight;  ///< from its own direction, through panes and solid glass
-  /// From the directions of its images (SunImages); 0 for sensors on surfaces, which photons light.
+  /// From the directions of its images (LightImages); 0 for sensors on surfaces, which photons light.
   std::vector<float> mirrored;
 };
 /// @param progress is told the share that is done, by the calling thread, and 1 at the end; null: nobody is

@@ -80,6 +80,7 @@ void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, std::vector<Li
                  first_bounces(scene, photon.light)};
   if (!may_leave(pass_.choice, path.bounces)) return;
   path.medium = media_.of(scene, photon.light, photon.direction);
+  path.image = photon.origin;
   paths.push_back(path);
 }
 

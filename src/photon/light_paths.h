@@ -11,7 +11,7 @@ namespace glowworm {
 
 /// What the bounces of a path were, and whether it comes from a light without size: its bits. Passing straight through
 /// a pane is not a bounce. Paths from a medium's own light have none of kNoneBroad. Paths with kNotSmooth have met a
-/// specular surface that is not is_smooth() (transport/sun_images.h); only passes with discs note that.
+/// specular surface that is not is_smooth() (transport/light_images.h); only passes with discs note that.
 inline constexpr std::uint8_t kNoneBroad = 1, kAnySpecular = 2, kCaustic = kNoneBroad | kAnySpecular, kRoughFirst = 4,
                               kFromDelta = 8, kNotSmooth = 16;
 /// The bits of a path after a bounce with the bits `bounce`.
@@ -43,6 +43,9 @@ struct LightPath : PathState {
   int scatterings = 0;       ///< in media
   /// The least share_that_returns() of the places where it has scattered: its flux has grown by at most the inverse.
   float least_share = 1;
+  /// Metres. Where a lamp without size seems to be, by the reflections so far: nowhere once light was refracted.
+  /// Followed as kNotSmooth is.
+  Vec3 image{};
 };
 
 }  // namespace glowworm

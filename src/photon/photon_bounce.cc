@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/shading_light.h"
 #include "core/warp.h"
 #include "photon/material_lobes.h"
 #include "scene/surface.h"
+#include "transport/light_images.h"
 #include "transport/step.h"
-#include "transport/sun_images.h"
 
 namespace glowworm {
 
@@ -57,9 +58,15 @@ bool scatter_diffuse(const Scene& scene, const PhotonPassSettings& pass, const L
   return true;
 }
 
+/// Where a lamp that seemed to be at `image` seems to be after a sharp bounce, metres. @param direction of the bounce
+Vec3 image_behind(Vec3 image, const PhotonBounce& bounce, Vec3 direction) {
+  if (dot(direction, bounce.normal) < 0) return Vec3{std::numeric_limits<float>::infinity(), 0, 0};
+  return bounce.position - direction * length(bounce.position - image);
+}
+
 /// Scatters a path with any BSDF.
-void scatter_any(const Scene& scene, const PhotonPassSettings& pass, const LightPath& path, const Hit& hit,
-                 BounceNumbers u, PhotonBounce& out) {
+void scatter_any(const Scene& scene, const PhotonPassSettings& pass, LightPath& path, const Hit& hit, BounceNumbers u,
+                 PhotonBounce& out) {
   const Vec3 back = out.back;
   Vertex vertex = vertex_at(scene, path.ray, hit);
   RGB arriving = path.throughput;
@@ -82,9 +89,11 @@ void scatter_any(const Scene& scene, const PhotonPassSettings& pass, const Light
   const ScatteredRay s = surface.scatter_photon(arrived.back, u.lobe, u.direction, u.roulette);
   if (s.lobe == kSpecular)
     out.bits = s.is_null && arrived.back == back ? kNoneBroad : s.delta ? kCaustic : kCaustic | kRoughFirst;
-  if (pass.discs && pass.choice != PhotonChoice::all && s.lobe == kSpecular && !is_smooth(scene, hit.triangle, vertex))
-    out.bits |= kNotSmooth;
   if (!s.valid) return;
+  if (pass.discs && pass.choice != PhotonChoice::all && s.lobe == kSpecular) {
+    if (!is_smooth(scene, hit.triangle, vertex)) out.bits |= kNotSmooth;
+    if (!s.is_null) path.image = image_behind(path.image, out, s.direction);
+  }
   survive_bounce(path, out.photon_flux * s.weight, u.roulette, out);
   out.next = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction, vertex.time);
 }

@@ -19,7 +19,7 @@
 namespace glowworm {
 
 class KeptPaths;
-class SunImages;
+class LightImages;
 
 /// The places where the image needs photons.
 struct PhotonImportance {
@@ -58,8 +58,8 @@ struct PhotonPassSettings {
   /// Fill PhotonPass::segments with the parts of paths that cross one of these discs; null: none. With other choices
   /// than all, the pass makes them in place of PhotonPass::caustic, and leaves out those that come from `images`.
   const DiscTree* discs = nullptr;
-  const SunImages* images = nullptr;  ///< null: none
-  SharedWork* shared = nullptr;       ///< processes that divide the pass; null: this one traces all of it
+  const LightImages* images = nullptr;  ///< null: none
+  SharedWork* shared = nullptr;         ///< processes that divide the pass; null: this one traces all of it
   /// Paths of the pass at another moment, after KeptPaths::begin(); then those of this pass. The pass has no flux
   /// balance. null: none are kept.
   KeptPaths* kept = nullptr;

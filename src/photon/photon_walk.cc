@@ -8,7 +8,6 @@
 #include "photon/beams.h"
 #include "photon/outside.h"
 #include "transport/step.h"
-#include "transport/sun_images.h"
 
 namespace glowworm {
 
@@ -26,12 +25,11 @@ Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
 }
 
 /// PhotonWalk::images_ of a pass.
-std::vector<std::vector<Vec3>> images_of_suns(const Scene& scene, const PhotonPassSettings& pass) {
+std::vector<ImagedLight> images_of_lights(const Scene& scene, const PhotonPassSettings& pass) {
   if (!pass.discs || pass.choice == PhotonChoice::all || !pass.images || pass.images->empty()) return {};
-  std::vector<std::vector<Vec3>> out(scene.light_power().size());
+  std::vector<ImagedLight> out(scene.light_power().size());
   for (std::size_t i = 0; i < scene.lights().size(); ++i)
-    if (const Light& light = scene.lights()[i]; light.kind == LightKind::directional)
-      out[scene.emissive_triangles().size() + i] = pass.images->of(-light.direction);
+    out[scene.emissive_triangles().size() + i] = pass.images->of(scene.lights()[i]);
   return out;
 }
 
@@ -42,7 +40,7 @@ PhotonWalk::PhotonWalk(const Tracer& tracer, const PhotonPassSettings& pass)
       scene_(tracer.scene()),
       pass_(pass),
       looked_at_(box_of(scene_, pass.importance)),
-      images_(images_of_suns(scene_, pass)),
+      images_(images_of_lights(scene_, pass)),
       crosses_media_(scene_.crosses_media()) {}
 
 void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const {
@@ -64,12 +62,11 @@ void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk
   if (is_black(path.throughput)) hit.triangle = kNone;
 }
 
-/// Whether a path brings the light of an image of its sun.
+/// Whether a path brings the light of an image.
 bool PhotonWalk::is_from_image(const LightPath& path) const {
   if (images_.empty() || (path.bounces & kNotSmooth)) return false;
-  const std::vector<Vec3>& images = images_[path.light];
-  return std::any_of(images.begin(), images.end(),
-                     [&](Vec3 image) { return SunImages::same(image, -path.ray.direction); });
+  const ImagedLight& light = images_[path.light];
+  return light.has(light.is_far() ? -path.ray.direction : path.image);
 }
 
 /// Keeps a straight piece of a path if it crosses discs of the pass.

@@ -5,6 +5,7 @@
 #include "core/box.h"
 #include "photon/light_paths.h"
 #include "trace/tracer.h"
+#include "transport/light_images.h"
 #include "transport/medium.h"
 
 namespace glowworm {
@@ -37,8 +38,8 @@ class PhotonWalk {
   const Scene& scene_;
   const PhotonPassSettings& pass_;
   const Box3 looked_at_;
-  /// Directions from which light sources bring no photons to discs, because rays find their images; empty: from none.
-  const std::vector<std::vector<Vec3>> images_;
+  /// Of each light source those from which it brings no photons to discs, because rays find them; empty: from all.
+  const std::vector<ImagedLight> images_;
   const bool crosses_media_;
 };
 

@@ -59,30 +59,6 @@ LightSample sample_triangle(const Scene& scene, std::uint32_t triangle, Vec3 pos
   return out;
 }
 
-LightSample sample_delta(const Light& light, Vec3 position) {
-  LightSample out;
-  out.delta = true;
-  if (light.kind == LightKind::directional) {
-    out.pdf = 1;
-    out.direction = -light.direction;
-    out.distance = kInfinity;
-    out.radiance = light.intensity;
-    return out;
-  }
-  const Vec3 offset = light.position - position;
-  const float squared = length_squared(offset);
-  out.distance = std::sqrt(squared);
-  out.direction = offset / out.distance;
-  out.position = light.position;
-  const float share = light.kind == LightKind::spot        ? spot_falloff(light, -dot(out.direction, light.direction))
-                      : light.kind == LightKind::luminaire ? table_intensity(light, -out.direction)
-                                                           : 1.0f;
-  if (share == 0 || !(squared > 0)) return out;
-  out.pdf = 1;
-  out.radiance = light.intensity * (share / squared);
-  return out;
-}
-
 LightSample sample_from_environment(const Environment& environment, const Distribution2D& distribution, Vec2 u) {
   LightSample out;
   out.direction = sample_environment_direction(environment, distribution, u);
@@ -224,6 +200,30 @@ EmittedPhoton emit_from_environment(const Scene& scene, Vec2 u_position, Vec2 u_
 }
 
 }  // namespace
+
+LightSample sample_delta(const Light& light, Vec3 position) {
+  LightSample out;
+  out.delta = true;
+  if (light.kind == LightKind::directional) {
+    out.pdf = 1;
+    out.direction = -light.direction;
+    out.distance = kInfinity;
+    out.radiance = light.intensity;
+    return out;
+  }
+  const Vec3 offset = light.position - position;
+  const float squared = length_squared(offset);
+  out.distance = std::sqrt(squared);
+  out.direction = offset / out.distance;
+  out.position = light.position;
+  const float share = light.kind == LightKind::spot        ? spot_falloff(light, -dot(out.direction, light.direction))
+                      : light.kind == LightKind::luminaire ? table_intensity(light, -out.direction)
+                                                           : 1.0f;
+  if (share == 0 || !(squared > 0)) return out;
+  out.pdf = 1;
+  out.radiance = light.intensity * (share / squared);
+  return out;
+}
 
 LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u) {
   const std::size_t triangles = scene.emissive_triangles().size();

@@ -43,6 +43,10 @@ LightSample sample_light(const Scene& scene, Vec3 position, LightSelector::AtPoi
 /// depends on `u` alone.
 LightSample sample_light_of(const Scene& scene, std::uint32_t source, Vec3 position, Vec2 u);
 
+/// The sample of a light without size. Its pdf leaves out the choice; it is 0 if the light cannot light the position.
+/// @param position metres
+LightSample sample_delta(const Light& light, Vec3 position);
+
 /// A sample of one of the directional lights, which exist, chosen by power. @param u in [0, 1)
 LightSample sample_directional(const Scene& scene, Vec3 position, float u);
 
