@@ -113,8 +113,8 @@ struct Kernels {
 /// Measures one cluster after the other.
 class ClusterMass {
  public:
-  ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points)
-      : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer) {}
+  ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points, bool on_all_surfaces)
+      : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer, on_all_surfaces) {}
 
   /// Sets the factors of the cluster's kernels where they are not 1. Keeps their cuts.
   /// @param key    of the cluster's random numbers
@@ -200,7 +200,7 @@ class ClusterMass {
     for (std::size_t i = before; i < lines_.size(); ++i)
       segments_.push_back({lines_[i].x, lines_[i].y, cluster_->high}, {0, 0, along});
     for (const Meeting& m : surface_.meetings(segments_, 0, step()))
-      meet(static_cast<std::uint32_t>(before) + m.segment, cluster_->high + along * m.distance, m.triangle);
+      meet(static_cast<std::uint32_t>(before) + m.segment, cluster_->high + along * m.distance, m);
     gather_unexpected();
   }
 
@@ -237,15 +237,15 @@ class ClusterMass {
     return surface_.frame().to_local(scene_.diffuse_triangle(triangle).normal);
   }
 
-  /// Takes a line through a hit, which is a place unless it is inside a solid.
-  void meet(std::uint32_t number, float height, std::uint32_t triangle) {
-    if (walls_.cuts_at(triangle)) return;
+  /// Takes a line through a hit, which is a place if it takes flux and is not inside a solid.
+  void meet(std::uint32_t number, float height, const Meeting& hit) {
+    if (walls_.cuts_at(hit.triangle)) return;
     Line& line = lines_[number];
-    Vec3 normal = local_normal(triangle);
+    Vec3 normal = local_normal(hit.triangle);
     const float cosine = normal.z;
     const bool buried = line.depth > 0;
     line.cross(cosine > 0);
-    if (buried || std::abs(cosine) < kMinCosine) return;
+    if (buried || !hit.takes_flux || std::abs(cosine) < kMinCosine) return;
     // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
     ++line.places;
@@ -324,8 +324,12 @@ class ClusterMass {
 /// The factors of all clusters, or of some.
 class Factors {
  public:
-  Factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy)
-      : tracer_(tracer), photons_(photons), policy_(policy), factors_(photons.size(), 1.0f) {
+  Factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy, bool on_all_surfaces)
+      : tracer_(tracer),
+        photons_(photons),
+        policy_(policy),
+        on_all_surfaces_(on_all_surfaces),
+        factors_(photons.size(), 1.0f) {
     if (policy.kind == RadiusKind::fixed) same_.assign(photons.size(), policy.radius);
     radii_ = same_.empty() ? std::span(policy.radii) : std::span<const float>(same_);
   }
@@ -342,7 +346,7 @@ class Factors {
     const std::size_t first = clusters.size() * piece / pieces, end = clusters.size() * (piece + 1) / pieces;
     parallel_for(first, end, even_grain(end - first), [&](std::size_t from, std::size_t to) {
       const Kernels kernels{photons_.position, photons_.normal, radii_, policy_.kernel, policy_.min_normal_cosine};
-      ClusterMass mass(tracer_, kernels, points_);
+      ClusterMass mass(tracer_, kernels, points_, on_all_surfaces_);
       for (std::size_t i = from; i < to; ++i) {
         const std::span<const std::uint32_t> photons = members(clusters[i]);
         mass.measure(clusters[i], photons, photons[0], kAllLines, factors_);
@@ -364,6 +368,7 @@ class Factors {
   const Tracer& tracer_;
   const PhotonBatch& photons_;
   const RadiusPolicy& policy_;
+  const bool on_all_surfaces_;
   std::vector<float> factors_, same_;
   std::span<const float> radii_;
   std::optional<BoundaryClusters> all_;
@@ -435,14 +440,15 @@ void measure_all(Factors& factors, std::size_t photons, SharedWork* shared, cons
 }  // namespace
 
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
-                                    std::vector<PhotonCuts>* cuts, SharedWork* shared, const std::string& name) {
-  Factors factors(tracer, photons, policy);
+                                    std::vector<PhotonCuts>* cuts, SharedWork* shared, const std::string& name,
+                                    bool on_all_surfaces) {
+  Factors factors(tracer, photons, policy, on_all_surfaces);
   if (photons.size() > 0) measure_all(factors, photons.size(), shared, name, cuts);
   return std::move(factors.values());
 }
 
 void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,
-                       KernelShape kernel, std::span<RGB> radiance) {
+                       KernelShape kernel, std::span<RGB> radiance, bool on_all_surfaces) {
   const std::vector<LinePoint> lines = make_line_points();
   const std::span<const Vec3> positions = points.position, normals = points.normal;
   parallel_for(0, points.size(), even_grain(points.size()), [&](std::size_t first, std::size_t last) {
@@ -450,7 +456,7 @@ void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::spa
     ClusterMass mass(tracer,
                      {positions.subspan(first, count), normals.subspan(first, count), radii.subspan(first, count),
                       kernel, kMinNormalCosine},
-                     lines);
+                     lines, on_all_surfaces);
     std::vector<float> factors(count, 1.0f);
     for (std::uint32_t i = 0; i < count; ++i) {
       RGB& estimate = radiance[first + i];

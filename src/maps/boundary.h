@@ -21,9 +21,10 @@ namespace glowworm {
 /// deterministic.
 /// @param cuts   receives the kernel_cuts() of the same kernels, which are found on the way; null: not wanted
 /// @param shared processes that divide the work; null: none @param name of the work, for SharedWork::divide()
+/// @param on_all_surfaces PhotonPassSettings::on_all_surfaces of the photons: else mirrors, glass and black have none
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
                                     std::vector<PhotonCuts>* cuts = nullptr, SharedWork* shared = nullptr,
-                                    const std::string& name = "");
+                                    const std::string& name = "", bool on_all_surfaces = false);
 
 /// Corrects estimates of single query points: multiplies each by one over the integral of a kernel around the point, of
 /// the same radius, over all surface where photons count there. The factors of photons conserve flux, but leave an
@@ -31,7 +32,8 @@ std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& pho
 /// point, so they serve estimates that are seen, and the photons' factors serve those that gather rays average.
 /// At least 1/4; 1 on plain surfaces. Uses all threads; the factor of a point depends on that point alone.
 /// @param radii for each point: metres; 0 where there is no photon
+/// @param on_all_surfaces PhotonPassSettings::on_all_surfaces of the photons
 void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,
-                       KernelShape kernel, std::span<RGB> radiance);
+                       KernelShape kernel, std::span<RGB> radiance, bool on_all_surfaces = false);
 
 }  // namespace glowworm

@@ -131,9 +131,10 @@ RadiusPolicy IndexedMap::policy(const KernelInputs& inputs) const {
 /// Boundary factors for kernels of these radii. @param name of the work, for other processes
 /// @param cuts receives the cuts of these kernels; null: not wanted
 std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
-                                       const MapWork& work) const {
+                                       bool on_all_surfaces, const MapWork& work) const {
   const auto found_for = [&](const std::string& round) {
-    return boundary_factors(work.tracer, photons_->batch, policy, cuts, work.shared, name_ + ("-" + name + round));
+    return boundary_factors(work.tracer, photons_->batch, policy, cuts, work.shared, name_ + ("-" + name + round),
+                            on_all_surfaces);
   };
   const bool is_nearest = policy.kind == RadiusKind::nearest;
   policy.kind = RadiusKind::per_photon;
@@ -159,11 +160,12 @@ IndexedMap::Correction IndexedMap::correction(const KernelInputs& inputs, const 
   RadiusPolicy policy = this->policy(inputs);
   const bool is_nearest = policy.kind == RadiusKind::nearest,
              of_photons = inputs.correction == BoundaryCorrection::photons;
-  if (of_photons) out.factors = factors(policy, "factors", is_nearest ? nullptr : &out.cuts, work);
+  if (of_photons)
+    out.factors = factors(policy, "factors", is_nearest ? nullptr : &out.cuts, inputs.on_all_surfaces, work);
   if (of_photons && !is_nearest) return out;
   // The nearest photons may be as far away as the limit.
   if (is_nearest) policy.radii.assign(count_, policy.max_radius);
-  out.cuts = kernel_cuts(work.tracer, photons_->batch, policy.radii);
+  out.cuts = kernel_cuts(work.tracer, photons_->batch, policy.radii, inputs.on_all_surfaces);
   return out;
 }
 
@@ -190,7 +192,7 @@ std::unique_ptr<DensityEngine> IndexedMap::index_narrow(const IndexInputs& input
   for (float& radius : policy.radii) radius *= kNarrow;
   LargeVector<RGB> flux = photons_->batch.flux;
   if (!correction_->factors.empty())
-    flux = flux_times(std::move(flux), factors(policy, "narrow-factors", nullptr, work));
+    flux = flux_times(std::move(flux), factors(policy, "narrow-factors", nullptr, inputs.on_all_surfaces, work));
   std::unique_ptr<DensityEngine> engine = engine_of(inputs);
   engine->build(photons_->batch, flux, policy, work.statistics);
   return engine;

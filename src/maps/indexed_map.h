@@ -165,7 +165,7 @@ class IndexedMap {
   PhotonRadii measure(const RadiusInputs& inputs) const;
   Correction correction(const KernelInputs& inputs, const MapWork& work) const;
   std::vector<float> factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
-                             const MapWork& work) const;
+                             bool on_all_surfaces, const MapWork& work) const;
   Engines index(const IndexInputs& inputs, const MapWork& work) const;
   std::unique_ptr<DensityEngine> index_narrow(const IndexInputs& inputs, const MapWork& work) const;
   PhotonSample choose_sample(const KernelInputs& inputs, Statistics& statistics) const;

@@ -49,7 +49,7 @@ void NearbyWalls::find(const NearbySurface& surface, const BoundaryCluster& clus
     const Vec3 normal = normalize(cross(normalize(corner[1] - corner[0]), normalize(corner[2] - corner[0])));
     // Triangles on which the photons count are surface; the others may be walls.
     if (std::abs(normal.z) > kMinNormalCosine) {
-      surface_corners_.insert(surface_corners_.end(), corner.begin(), corner.end());
+      if (t.takes_flux) surface_corners_.insert(surface_corners_.end(), corner.begin(), corner.end());
     } else if (const auto ends = slice(corner, 0.5f * cluster.high)) {
       walls_.push_back({(*ends)[0], (*ends)[1], normal, dot(normal, corner[0]), false, false, t.index, false});
     }
@@ -135,13 +135,14 @@ void sort_cuts(std::vector<PhotonCuts>& cuts) {
   std::sort(cuts.begin(), cuts.end(), [](const PhotonCuts& a, const PhotonCuts& b) { return a.photon < b.photon; });
 }
 
-std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii) {
+std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii,
+                                    bool on_all_surfaces) {
   const BoundaryClusters all = make_boundary_clusters(photons, radii);
   std::vector<PhotonCuts> out;
   std::mutex mutex;
   parallel_for(0, all.clusters.size(), even_grain(all.clusters.size()), [&](std::size_t first, std::size_t last) {
     std::vector<PhotonCuts> found;
-    NearbySurface surface(tracer);
+    NearbySurface surface(tracer, on_all_surfaces);
     NearbyWalls walls;
     for (std::size_t i = first; i < last; ++i) {
       const BoundaryCluster& cluster = all.clusters[i];

@@ -56,6 +56,8 @@ void sort_cuts(std::vector<PhotonCuts>& cuts);
 /// Light must not reach through walls by the kernels of photons: where photons are few, their radii are long. Returns
 /// the cuts of photons whose kernels reach surface behind a wall, in the order of the photons. A wall is what rises
 /// from a surface by half a kernel's radius. Uses all threads; deterministic. @param radii of the kernels, metres
-std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii);
+/// @param on_all_surfaces PhotonPassSettings::on_all_surfaces of the photons
+std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii,
+                                    bool on_all_surfaces = false);
 
 }  // namespace glowworm

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
+#include <utility>
 
 #include "core/offset_origin.h"
+#include "photon/material_lobes.h"
+#include "scene/surface.h"
 
 namespace glowworm {
 
@@ -43,23 +45,32 @@ void NearbySurface::approach(const BoundaryCluster& cluster) {
                      [&](std::uint32_t triangle) { return copied_ = ++visited <= kMostVisited && copy(triangle); });
 }
 
-/// Whether a triangle only parts media: it has neither photons nor query points, and hides nothing.
-bool NearbySurface::is_interface(std::uint32_t triangle) const {
+/// Whether photons and query points may lie on a triangle of this one's material.
+bool NearbySurface::takes_flux(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
-  return scene.materials()[scene.geometry().material_of(triangle)].kind == MaterialKind::interface;
+  const std::uint32_t material = scene.geometry().material_of(triangle);
+  if (takes_flux_[material] == kUnknown) {
+    constexpr float kThird = 1.0f / 3;
+    const SurfacePoint point = surface_point(scene, triangle, {kThird, kThird});
+    takes_flux_[material] = may_have_lobes(scene, point, material, kBroad) ? kYes : kNo;
+  }
+  return takes_flux_[material] == kYes;
 }
 
 /// Copies a triangle if the cylinder may contain a part of it. False if the copies cannot be used.
 bool NearbySurface::copy(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
-  if (is_interface(triangle)) return true;
+  const std::uint32_t material = scene.geometry().material_of(triangle);
+  // It only parts media, and hides nothing.
+  if (scene.materials()[material].kind == MaterialKind::interface) return true;
   const auto [c, e, f] = local_triangle(triangle);
   const float highest = c.z + std::max({0.0f, e.z, f.z});
   if (highest < lowest_ || c.z + std::min({0.0f, e.z, f.z}) > highest_ || !reaches({c, c + e, c + f})) return true;
   const auto is_it = [&](const Triangle& other) { return other.index == triangle; };
   if (std::any_of(triangles_.begin(), triangles_.end(), is_it)) return true;
-  if (triangles_.size() == kMostCopied || scene.has_alpha(scene.geometry().material_of(triangle))) return false;
-  triangles_.push_back({{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}}, highest, triangle});
+  if (triangles_.size() == kMostCopied || scene.has_alpha(material)) return false;
+  const CornerAndEdges place{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}};
+  triangles_.push_back({place, highest, triangle, takes_flux(triangle)});
   return true;
 }
 
@@ -104,19 +115,25 @@ void NearbySurface::meet_copied(const Segments& segments, float first) {
     arrays.origin[axis] = segments.origin[axis].data();
     arrays.direction[axis] = segments.direction[axis].data();
   }
-  float lowest = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < segments.count; ++i)
-    lowest =
-        std::min(lowest, segments.origin[2][i] + std::min(first * segments.direction[2][i], segments.direction[2][i]));
+  // For surface that takes no flux, and for that which does.
+  const float least[2] = {std::min(first, rounding()), first};
+  float lowest[2] = {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
+  for (std::size_t i = 0; i < segments.count; ++i) {
+    const float z = segments.origin[2][i], along = segments.direction[2][i];
+    for (const bool takes : {false, true})
+      lowest[takes] = std::min(lowest[takes], z + std::min(least[takes] * along, along));
+  }
   for (const Triangle& triangle : triangles_) {
-    if (triangle.highest < lowest) continue;
-    const std::size_t count = segment_hits(arrays, triangle.place, first, segment_.data(), distance_.data());
-    for (std::size_t i = 0; i < count; ++i) found_.push_back({segment_[i], distance_[i], triangle.index});
+    const bool takes = triangle.takes_flux;
+    if (triangle.highest < lowest[takes]) continue;
+    const std::size_t count = segment_hits(arrays, triangle.place, least[takes], segment_.data(), distance_.data());
+    for (std::size_t i = 0; i < count; ++i) found_.push_back({segment_[i], distance_[i], triangle.index, takes});
   }
 }
 
 /// Orders what was found by segment, then distance, then triangle: Embree visits triangles in an order of its own.
-/// Leaves out hits within a step of the one before.
+/// Surface that takes flux comes before what coincides with it, so that this does not hide it. Leaves out hits within a
+/// step of the one before.
 void NearbySurface::order(std::size_t segments, float step) {
   std::fill_n(begin_.begin(), segments + 1, 0);
   for (const Meeting& m : found_) ++begin_[m.segment + 1];
@@ -125,40 +142,48 @@ void NearbySurface::order(std::size_t segments, float step) {
   for (const Meeting& m : found_) meetings_[begin_[m.segment]++] = m;
   std::size_t kept = 0, first = 0;
   for (std::size_t i = 0; i < segments; ++i) {
-    const std::size_t last = begin_[i], kept_before = kept;
+    const std::size_t last = begin_[i];
     if (last - first > 1)
-      std::sort(&meetings_[first], &meetings_[first] + (last - first), [](const Meeting& a, const Meeting& b) {
-        return std::tie(a.distance, a.triangle) < std::tie(b.distance, b.triangle);
+      std::sort(&meetings_[first], &meetings_[first] + (last - first), [&](const Meeting& a, const Meeting& b) {
+        const auto place = [&](const Meeting& m) { return m.distance - (m.takes_flux ? rounding() : 0); };
+        return std::pair(place(a), a.triangle) < std::pair(place(b), b.triangle);
       });
-    for (; first < last; ++first)
-      if (kept == kept_before || meetings_[first].distance >= meetings_[kept - 1].distance + step)
-        meetings_[kept++] = meetings_[first];
+    // From where on hits count, for surface that takes no flux and for that which does.
+    float next[2] = {-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+    for (; first < last; ++first) {
+      const Meeting m = meetings_[first];
+      if (m.distance < next[m.takes_flux]) continue;
+      next[m.takes_flux] = m.distance + (m.takes_flux ? step : std::min(step, rounding()));
+      meetings_[kept++] = m;
+    }
   }
   meetings_.resize(kept);
 }
 
-/// Traces each segment from hit to hit.
+/// Traces each segment from hit to hit. Close behind surface that takes no flux may be some that does.
 void NearbySurface::trace(const Segments& segments, float first, float step) {
   std::vector<std::uint32_t> active;
   rays_.clear();
   for (std::uint32_t i = 0; i < segments.count; ++i) {
     const auto at = [&](const auto& of) { return Vec3{of[0][i], of[1][i], of[2][i]}; };
     active.push_back(i);
-    rays_.push_back(
-        {cluster_->center + frame_.to_world(at(segments.origin)), first, frame_.to_world(at(segments.direction)), 1});
+    rays_.push_back({cluster_->center + frame_.to_world(at(segments.origin)), std::min(first, rounding()),
+                     frame_.to_world(at(segments.direction)), 1});
   }
   while (!active.empty()) {
     crowded_ |= found_.size() >= kMostHitsOfSegment * segments.count;
     if (crowded_) break;
     hits_.resize(rays_.size());
-    tracer_.intersect(rays_, hits_, RayOrder::incoherent);
+    tracer_.intersect(rays_, hits_, RayOrder::surface);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < active.size(); ++i) {
-      if (hits_[i].triangle == kNone) continue;
-      if (!is_interface(hits_[i].triangle)) found_.push_back({active[i], hits_[i].distance, hits_[i].triangle});
+      const auto& [distance, triangle, barycentric] = hits_[i];
+      if (triangle == kNone) continue;
+      const bool takes = takes_flux(triangle);
+      if (!takes || distance >= first) found_.push_back({active[i], distance, triangle, takes});
       active[kept] = active[i];
       rays_[kept] = rays_[i];
-      rays_[kept++].t_min = hits_[i].distance + step;
+      rays_[kept++].t_min = distance + (takes && distance >= first ? step : std::min(step, rounding()));
     }
     active.resize(kept);
     rays_.resize(kept);

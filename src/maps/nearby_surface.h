@@ -39,6 +39,7 @@ struct Meeting {
   std::uint32_t segment;
   float distance;  ///< as a share of the segment
   std::uint32_t triangle;
+  bool takes_flux;  ///< as that of NearbySurface::Triangle
 };
 
 /// The surface, but for interfaces, that lies in the cylinder around a cluster: within `reach` of the axis along its
@@ -46,7 +47,9 @@ struct Meeting {
 /// rays; where they are many, or textures cut holes into them, Embree traces the segments.
 class NearbySurface {
  public:
-  explicit NearbySurface(const Tracer& tracer) : tracer_(tracer) {}
+  /// @param on_all_surfaces whether photons lie on mirrors, glass and black, too (PhotonPassSettings)
+  NearbySurface(const Tracer& tracer, bool on_all_surfaces)
+      : tracer_(tracer), takes_flux_(tracer.scene().materials().size(), on_all_surfaces ? kYes : kUnknown) {}
 
   /// Finds the surface near another cluster. The cluster must outlive the use of meetings().
   void approach(const BoundaryCluster& cluster);
@@ -62,28 +65,35 @@ class NearbySurface {
     CornerAndEdges place;
     float highest;  ///< z of a corner, metres
     std::uint32_t index;
+    bool takes_flux;  ///< whether photons and query points may lie on it: some point of its material has a broad lobe
   };
   /// The triangles in the cylinder, and possibly some near it; none where they are too many to copy.
   std::span<const Triangle> triangles() const { return copied_ ? std::span(triangles_) : std::span<const Triangle>(); }
 
   /// All hits of segments that lie in the cylinder, by segment and then distance; fewer if it is crowded().
-  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment
+  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment, of
+  /// surface that takes flux. Other surface may be as close to it, and to each other, as rounding lets tell.
   const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
 
  private:
-  bool is_interface(std::uint32_t triangle) const;
+  enum Answer : std::uint8_t { kUnknown, kNo, kYes };
+
+  bool takes_flux(std::uint32_t triangle);
   bool copy(std::uint32_t triangle);
   std::array<Vec3, 3> local_triangle(std::uint32_t triangle) const;
   bool reaches(const std::array<Vec3, 3>& corner) const;
   void meet_copied(const Segments& segments, float first);
   void order(std::size_t segments, float step);
   void trace(const Segments& segments, float first, float step);
+  /// Share of a segment, which has at least half the cylinder's length, in which rounding may hit a surface again.
+  float rounding() const { return 2 * cluster_->step + 0x1p-21f; }
 
   const Tracer& tracer_;
   const BoundaryCluster* cluster_ = nullptr;
   Frame frame_;
   float reach_squared_ = 0, lowest_ = 0, highest_ = 0;  ///< of the cylinder, with room for rounding
   bool copied_ = false, crowded_ = false;
+  std::vector<Answer> takes_flux_;   ///< for each material
   std::vector<Triangle> triangles_;  ///< if copied
   std::vector<Meeting> found_, meetings_;
   std::array<std::uint32_t, kMostSegments + kBoundaryPadding> segment_;

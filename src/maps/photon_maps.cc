@@ -272,7 +272,7 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
   const QueryRadii* found = global_.query_radii();
   if (!found || points.size() == 0) return;
   const std::vector<float> radii = scaled(found->at(points, radiance), is_narrow ? IndexedMap::kNarrow : 1);
-  correct_estimates(tracer, points, radii, found->kernel(), radiance);
+  correct_estimates(tracer, points, radii, found->kernel(), radiance, settings_.on_all_surfaces);
 }
 
 void PhotonMaps::bring_up_global(const MapWork& work) {

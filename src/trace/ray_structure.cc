@@ -46,7 +46,7 @@ void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
 }
 
 /// Embree calls this for a hit on a surface that rays may pass. Rejects the hit where the surface is absent or a lamp
-/// lies in its plane, and on panes that the context lists.
+/// lies in its plane, on interfaces if the ray's mask says so, and on panes that the context lists.
 template <bool kOcclusion>
 void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
@@ -63,6 +63,8 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
                       RTCHitN_instID(args->hit, args->N, i, 0));
     const std::uint32_t material = self.geometry->material_of(triangle);
     bool passes =
+        (!(RTCRayN_mask(args->ray, args->N, i) & kHitsInterfaces) &&
+         self.scene->materials()[material].kind == MaterialKind::interface) ||
         self.lamps.covers(*self.scene, triangle, barycentric, by_camera) ||
         (self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction));
     if constexpr (kOcclusion) {

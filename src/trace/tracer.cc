@@ -68,9 +68,9 @@ RTCRay embree_ray(const Ray& r) {
 
 /// Fills what all rays of a batch have in common.
 template <typename RayPacket, std::size_t kWidth>
-void set_common(RayPacket& packet, int (&valid)[kWidth]) {
+void set_common(RayPacket& packet, int (&valid)[kWidth], RayOrder order = RayOrder::incoherent) {
   for (std::size_t i = 0; i < kWidth; ++i) {
-    packet.mask[i] = ~0u;
+    packet.mask[i] = order == RayOrder::surface ? ~kHitsInterfaces : ~0u;
     packet.id[i] = static_cast<unsigned>(i);
     packet.flags[i] = 0;
     valid[i] = -1;
@@ -100,14 +100,15 @@ void set_ray(RayPacket& packet, std::size_t i, const Ray& ray) {
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit8* p) { rtcIntersect8(valid, s, c, p); }
 void call(const int* valid, RTCScene s, RTCIntersectContext* c, RTCRayHit16* p) { rtcIntersect16(valid, s, c, p); }
 
-/// Traces `count` rays in packets. @param context_of(first, n) returns the context of rays [first, first + n)
+/// Traces `count` rays in packets. @param order the kind of all @param context_of(first, n) returns the context of rays
+/// [first, first + n)
 /// @param ray_of ray_of(i) returns ray i @param found found(i, Hit) takes its hit
 template <typename Packet, std::size_t kWidth, typename ContextOf, typename RayOf, typename Found>
-void intersect_packets(const Tracer::Implementation& self, std::size_t count, ContextOf&& context_of, RayOf&& ray_of,
-                       Found&& found) {
+void intersect_packets(const Tracer::Implementation& self, std::size_t count, RayOrder order, ContextOf&& context_of,
+                       RayOf&& ray_of, Found&& found) {
   Packet packet;
   alignas(64) int valid[kWidth];
-  set_common(packet.ray, valid);
+  set_common(packet.ray, valid, order);
   for (std::size_t first = 0; first < count; first += kWidth) {
     const std::size_t n = std::min(kWidth, count - first);
     if (n < kWidth) shorten(valid, n);
@@ -255,6 +256,7 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   RTCIntersectContext context = make_context(order, implementation_->hidden);
   RTCRayHit query;
   query.ray = embree_ray(ray);
+  if (order == RayOrder::surface) query.ray.mask = ~kHitsInterfaces;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(implementation_->world, &context, &query);
@@ -295,9 +297,9 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
   const auto ray_of = [&](std::size_t i) -> const Ray& { return rays[i]; };
   const auto found = [&](std::size_t i, const Hit& hit) { hits[i] = hit; };
   if (order == RayOrder::camera) {
-    intersect_packets<RTCRayHit16, kCoherentPacket>(*implementation_, rays.size(), context_of, ray_of, found);
+    intersect_packets<RTCRayHit16, kCoherentPacket>(*implementation_, rays.size(), order, context_of, ray_of, found);
   } else if (implementation_->ties == TieRule::structure) {
-    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), context_of, ray_of, found);
+    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), order, context_of, ray_of, found);
   } else {
     TieContext nearest(context);
     nearest.embree.filter = tie_filter;
@@ -305,7 +307,7 @@ void Tracer::intersect(std::span<const Ray> rays, std::span<Hit> hits, RayOrder 
       nearest.clear();
       return &nearest.embree;
     };
-    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), next_packet, ray_of, found);
+    intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.size(), order, next_packet, ray_of, found);
   }
 }
 
@@ -329,7 +331,8 @@ void Tracer::intersect(const RayArrays& rays, const HitArrays& hits) const {
     hits.triangle[i] = hit.triangle;
     hits.barycentric[i] = none ? Vec2() : hit.barycentric;
   };
-  intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.origin.size(), context_of, ray_of, found);
+  intersect_packets<RTCRayHit8, kPacket>(*implementation_, rays.origin.size(), RayOrder::incoherent, context_of, ray_of,
+                                         found);
 }
 
 void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out) const {

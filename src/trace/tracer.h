@@ -51,8 +51,9 @@ struct PassedSurface {
 /// Coherence and kind of rays.
 enum class RayOrder : std::uint8_t {
   incoherent,  ///< neighbours in the batch have nothing in common
-  camera,  ///< from the camera: neighbours start close together in similar directions. They pass through the backs of
-           ///< single-sided surfaces and unseen ones (Material::unseen), which all other rays hit.
+  camera,   ///< from the camera: neighbours start close together in similar directions. They pass through the backs of
+            ///< single-sided surfaces and unseen ones (Material::unseen), which all other rays hit.
+  surface,  ///< as incoherent, but they pass through interfaces, as if those were not there
 };
 
 /// Which one of several triangles at exactly the same distance a ray meets.

@@ -25,12 +25,17 @@ Vec3 place_of(int copy) {
   return {at(copy), at(copy / kCopiesAlong), 0};
 }
 
-/// Copies of what `build` makes. Material 1 is an interface.
+/// Materials other than diffuse.
+constexpr std::uint32_t kInterface = 1, kPane = 2, kMirror = 3;
+
+/// Copies of what `build` makes.
 Scene copies(const char* name, const std::function<void(MeshBuilder&)>& build) {
   SceneDescription d;
   d.name = name;
-  d.materials.resize(2);
-  d.materials[1].kind = MaterialKind::interface;
+  d.materials.resize(4);
+  d.materials[kInterface].kind = MaterialKind::interface;
+  d.materials[kPane].kind = MaterialKind::thin_dielectric;
+  d.materials[kMirror].kind = MaterialKind::conductor;
   MeshBuilder mesh(d.geometry);
   for (int i = 0; i < kCopies; ++i) {
     mesh.set_material(0);
@@ -78,15 +83,66 @@ void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   EXPECT_LT(found.error, 0.005);
 }
 
-/// The border of a medium close behind a surface has no photons.
-TEST(BoundaryTest, InterfacesHoldNoFlux) {
-  const Scene scene = copies("interface", [](MeshBuilder& mesh) {
-    mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
-    mesh.set_material(1);
-    for (const float z : {-0.05f, 0.05f}) mesh.quad({0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z});
+/// A square of material 0, and others of the same winding at the heights given. @param fine the square has so many
+/// triangles that rays are traced
+Scene covered(std::uint32_t material, std::initializer_list<float> heights, bool fine) {
+  return copies("covered", [&](MeshBuilder& mesh) {
+    const int parts = fine ? 16 : 1;
+    mesh.patch([](float u, float v) { return Vec3{u, v, 0}; }, parts, parts);
+    mesh.set_material(material);
+    for (const float z : heights) mesh.quad({0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z});
+  });
+}
+
+/// The border of a medium close to a surface has no photons, be it as close as it may, and neither have panes and
+/// mirrors.
+TEST(BoundaryTest, InterfacesPanesAndMirrorsHoldNoFlux) {
+  for (const bool fine : {false, true}) {
+    for (const std::uint32_t material : {kInterface, kPane, kMirror}) {
+      const Scene scene = covered(material, {-0.05f, -1e-4f, 1e-4f, 0.05f}, fine);
+      const Tracer tracer(scene);
+      SCOPED_TRACE(testing::Message() << material << fine);
+      expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, 0.45f, 1);
+    }
+    const Scene scene = covered(kInterface, {0}, fine);
+    const Tracer tracer(scene);
+    expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, 0.45f, 1);
+  }
+  const Scene scene = covered(kPane, {0}, false);
+  const Tracer tracer(scene);
+  expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, 0.45f, 1);
+}
+
+/// Photons on a floor beside a mirror in its plane have half a disc, but irradiance counts on mirrors, too.
+TEST(BoundaryTest, MirrorsHoldFluxWherePhotonsLieOnAllSurfaces) {
+  const Scene scene = copies("inlaid", [&](MeshBuilder& mesh) {
+    mesh.quad({0, 0, 0}, {0.5f, 0, 0}, {0.5f, 1, 0}, {0, 1, 0});
+    mesh.set_material(kMirror);
+    mesh.quad({0.5f, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5f, 1, 0});
   });
   const Tracer tracer(scene);
-  expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, 0.2f, 1);
+  const Vec3 place{0.4999f, 0.5f, 0};
+  expect_mass(tracer, place, KernelShape::epanechnikov, 0.3f, 0.5);
+  PhotonBatch photons;
+  photons.push_back(place + place_of(0), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  RadiusPolicy policy;
+  policy.kind = RadiusKind::fixed;
+  policy.radius = 0.3f;
+  EXPECT_EQ(boundary_factors(tracer, photons, policy, nullptr, nullptr, "", true), std::vector<float>{1});
+}
+
+/// What lies in a solid mirror has no photons either.
+TEST(BoundaryTest, MirrorsHideWhatLiesWithinThem) {
+  for (const bool fine : {false, true}) {
+    const Scene scene = copies("mirror on floor", [&](MeshBuilder& mesh) {
+      const int parts = fine ? 16 : 1;
+      mesh.patch([](float u, float v) { return Vec3{u, v, 0}; }, parts, parts);
+      mesh.set_material(kMirror);
+      mesh.box({0.5f, -1, 0}, {2, 2, 0.05f}, MeshBuilder::kAllFaces & ~MeshBuilder::kMinZ);
+    });
+    const Tracer tracer(scene);
+    expect_mass(tracer, {0.4999f, 0.5f, 0}, KernelShape::epanechnikov, 0.45f, 0.5);
+  }
 }
 
 TEST(BoundaryTest, FlatSurfaceLosesNothing) {
@@ -218,7 +274,7 @@ TEST(BoundaryTest, LinesThroughCountlessSurfacesEnd) {
   }
   const Scene scene(std::move(d));
   const Tracer tracer(scene);
-  NearbySurface surface(tracer);
+  NearbySurface surface(tracer, false);
   BoundaryCluster cluster;
   cluster.normal = {0, 0, 1};
   cluster.reach = cluster.high = 0.1f;
