@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -69,6 +70,7 @@ struct PhotonItems {
     const float r = radius(i);
     set_place(block, lane, photons.position[i], photons.direction[i], scaled_flux(flux[i], r));
     block.inverse_radius_squared[lane] = 1 / (r * r);
+    static_assert(std::extent_v<decltype(VolumePhotonBlock::wall)> == kWallsOfKernel);
     for (std::size_t wall = 0; wall < kWallsOfKernel; ++wall)
       for (int axis = 0; axis < 3; ++axis) block.wall[wall][axis][lane] = kernels.walls[i][wall][axis];
   }

@@ -210,12 +210,13 @@ HWY_INLINE hn::Vec<D> way_to(D d, const SegmentLanes<D>& segment, const hn::Vec<
   return hn::Neg(back);
 }
 
-/// The line over which a wall folds the disc across a segment: what lies before it, and how much larger than that of
-/// the place the square distance of its mirror image is, in squares of the radius.
+/// The line over which a wall folds the disc across a segment.
 template <class D>
 struct Fold {
-  hn::Mask<D> before;
+  hn::Mask<D> before;  ///< whether the place lies before the line
+  /// Squared distance of the mirror image minus that of the place, over the squared radius.
   hn::Vec<D> further;
+  hn::Vec<D> along, slope;  ///< the wall along the segment, m^-1; the square of what it is across, m^-2
 };
 template <class D>
 HWY_INLINE Fold<D> fold_over(D d, const hn::Vec<D>* wall, const hn::Vec<D>* way, const SegmentLanes<D>& segment,
@@ -223,7 +224,24 @@ HWY_INLINE Fold<D> fold_over(D d, const hn::Vec<D>* wall, const hn::Vec<D>* way,
   const auto before = hn::Sub(hn::Set(d, 1.0f), dot3(d, wall, way)), along = dot3(d, wall, segment.direction);
   const auto slope = hn::Max(hn::NegMulAdd(along, along, dot3(d, wall, wall)), hn::Set(d, 1e-30f));
   const auto further = hn::Div(hn::Mul(hn::Set(d, 4.0f), before), slope);
-  return {hn::Gt(before, hn::Zero(d)), hn::Mul(further, inverse_radius_squared)};
+  return {hn::Gt(before, hn::Zero(d)), hn::Mul(further, inverse_radius_squared), along, slope};
+}
+
+/// The weights of photons spread evenly across narrow gaps between facing walls; else those of their images.
+template <class D>
+HWY_INLINE hn::Vec<D> spread_in_gaps(D d, const PhotonLanes<D>& photon, const hn::Vec<D>* way, const Fold<D>& first,
+                                     const Fold<D>& second, hn::Vec<D> disc, hn::Vec<D> images) {
+  const auto one = hn::Set(d, 1.0f), to_wall = dot3(d, photon.wall[0], way);
+  const auto cosine = hn::NegMulAdd(first.along, second.along, dot3(d, photon.wall[0], photon.wall[1]));
+  const auto lengths = hn::Mul(hn::Sqrt(first.slope), hn::Sqrt(second.slope));
+  const auto gap = hn::Mul(hn::Add(hn::Div(one, hn::Sqrt(first.slope)), hn::Div(one, hn::Sqrt(second.slope))),
+                           hn::Sqrt(photon.inverse_radius_squared));
+  const auto is_narrow =
+      hn::And(hn::Lt(cosine, hn::Mul(hn::Set(d, kFacing), lengths)), hn::Lt(gap, hn::Set(d, kNarrowGap)));
+  // The integral of the disc along the line across the gap.
+  const auto half = hn::MulAdd(hn::Div(hn::Mul(to_wall, to_wall), first.slope), photon.inverse_radius_squared, disc);
+  const auto line = hn::Mul(hn::Set(d, 4.0f / 3), hn::Mul(half, hn::Sqrt(hn::Max(half, hn::Zero(d)))));
+  return hn::IfThenElse(is_narrow, hn::Div(line, gap), images);
 }
 
 template <class D>
@@ -245,8 +263,10 @@ HWY_INLINE Crossing<D> cross(D d, const SegmentLanes<D>& segment, const PhotonLa
       inside = hn::And(inside, second.before);
       images = hn::Add(images, hn::Max(hn::Sub(weight, second.further), zero));
       images = hn::Add(images, hn::Max(hn::Sub(image, second.further), zero));
+      weight = spread_in_gaps(d, photon, way, first, second, weight, hn::Add(weight, images));
+    } else {
+      weight = hn::Add(weight, images);
     }
-    weight = hn::Add(weight, images);
   }
   return {inside, hn::IfThenElseZero(inside, weight), hn::IfThenElseZero(inside, t), hn::Zero(d)};
 }

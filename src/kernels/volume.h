@@ -15,6 +15,11 @@ inline constexpr int kSegmentTile = 16;
 /// away than the radius and this.
 inline constexpr float kBeamRounding = 1e-3f;
 
+/// Two walls of a photon face each other in a disc if the cosine of their normals is below kFacing there. Of a gap
+/// between them narrower than kNarrowGap radii, few mirror images would lose flux. The disc is spread evenly across
+/// such a gap, which keeps it.
+inline constexpr float kFacing = -0.8f, kNarrowGap = 0.65f;
+
 /// Eight nearby photons. The last photon of a tree fills the lanes behind it, without flux.
 struct alignas(32) VolumePhotonBlock {
   float x[kVolumeBlock], y[kVolumeBlock], z[kVolumeBlock];     ///< position, metres
@@ -93,9 +98,10 @@ struct VolumeScratch {
 /// segment is added in the order of the tree: the same bits for any other segments in the tile.
 ///
 /// Photons add (1 - d^2 / r^2) T flux, at distance d from the segment: nothing behind their walls, and before them also
-/// what mirror images across one wall or both would add there. Beams add the integral of that over the part of the
-/// segment which lies in the tube of the piece, with T to second order: a full crossing at distance u and angle theta
-/// has the kernel's integral 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta), the projection of the same kernel.
+/// what mirror images across one wall or both would add there, or their share of a narrow gap (kNarrowGap). Beams add
+/// the integral of that over the part of the segment which lies in the tube of the piece, with T to second order: a
+/// full crossing at distance u and angle theta has the kernel's integral 4 / 3 (1 - u^2 / r^2)^1.5 r / sin(theta), the
+/// projection of the same kernel.
 void sum_volume(const VolumeTree& tree, SegmentTile& tile, VolumeScratch& scratch, VolumeCounts& counts);
 
 }  // namespace glowworm

@@ -301,9 +301,9 @@ float distance_to(const Walls& walls, Vec3 direction) {
   return slope > 0 ? 1 / slope : std::numeric_limits<float>::infinity();
 }
 
-/// The planes among those of the rays before which the medium lies, one after the other. What lies before them and not
-/// in the medium is looked up behind a wall, where it is too much; what they hide of the medium is made up for by a
-/// factor. So the first along one ray weighs as much as the second along all.
+/// The planes among those of the rays before which the medium lies, one after the other. A plane that leaves space
+/// outside the medium adds light behind walls. What a plane cuts off of the medium is only folded back. So the first
+/// error counts kRaysOfKernel times as much.
 Walls best_walls(const KernelRays& rays, const KernelParts& parts) {
   Walls best = kNoWalls;
   float least = std::numeric_limits<float>::infinity();

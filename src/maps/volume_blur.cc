@@ -7,6 +7,7 @@
 
 #include "bsdf/phase.h"
 #include "core/parallel.h"
+#include "kernels/volume.h"
 #include "maps/medium_parts.h"
 #include "points/photon_batch.h"
 
@@ -52,19 +53,30 @@ struct LineLight {
 /// The square distances of the mirror images of a point across its walls from a line, beyond that of the point.
 struct Folds {
   std::array<double, kWallsOfKernel> further{};
+  double gap = 0;      ///< the sum of the distances to the walls, metres
+  double across = 0;   ///< how far the foot is towards the first wall, metres
   bool before = true;  ///< whether the line's foot lies before all walls
+  bool facing = false;
 
-  /// @param across from the point to its foot on the line
-  Folds(const std::array<Vec3, kWallsOfKernel>& walls, Vec3 direction, Vec3 across) {
+  /// @param foot from the point to its foot on the line
+  Folds(const std::array<Vec3, kWallsOfKernel>& walls, Vec3 direction, Vec3 foot) {
+    double lengths = 1;
     for (std::size_t i = 0; i < kWallsOfKernel; ++i) {
-      const double from = 1 - dot(walls[i], across), slope = dot(walls[i], direction);
-      further[i] = 4 * from / std::max(double{dot(walls[i], walls[i])} - slope * slope, 1e-30);
+      const double from = 1 - dot(walls[i], foot), slope = dot(walls[i], direction);
+      const double squared = std::max(double{dot(walls[i], walls[i])} - slope * slope, 1e-30);
+      further[i] = 4 * from / squared;
       before &= from > 0;
+      gap += 1 / std::sqrt(squared);
+      if (i == 0) across = dot(walls[i], foot) / std::sqrt(squared);
+      lengths *= std::sqrt(squared);
     }
+    facing = dot(walls[0], walls[1]) - dot(walls[0], direction) * dot(walls[1], direction) < kFacing * lengths;
   }
   /// The kernel with a radius, at a square distance.
   double kernel(double squared, double radius) const {
     const auto image = [&](double beyond) { return std::max(1 - (squared + beyond) / (radius * radius), 0.0); };
+    if (facing && gap < double{kNarrowGap} * radius)
+      return 4 * std::pow(image(-across * across), 1.5) * radius / (3 * gap);
     return image(0) + image(further[0]) + image(further[1]) + image(further[0] + further[1]);
   }
 };

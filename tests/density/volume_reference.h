@@ -8,6 +8,7 @@
 
 #include "core/random.h"
 #include "density/volume_radii.h"
+#include "kernels/volume.h"
 #include "points/volume_photons.h"
 #include "points/volume_segments.h"
 
@@ -74,7 +75,8 @@ inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const Ph
       const double u = inner(away, away) / r2;
       if (t < 0 || t > segments.length[i] || u >= 1) continue;
       double weight = 1 - u;
-      double further[kWallsOfKernel];
+      double further[kWallsOfKernel], gap = 0, x = 0;
+      Vector across[kWallsOfKernel] = {};
       bool before = true;
       for (std::size_t n = 0; n < kWallsOfKernel; ++n) {
         further[n] = std::numeric_limits<double>::infinity();
@@ -83,6 +85,9 @@ inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const Ph
         if (!(slope > 0)) continue;
         // The line where the wall cuts the disc, and the place, by the coordinate across the line.
         const double line = 1 / slope, at = -inner(wall, away) / slope;
+        for (int axis = 0; axis < 3; ++axis) across[n][axis] = (wall[axis] - inner(wall, d) * d[axis]) / slope;
+        gap += line / std::sqrt(r2);
+        if (n == 0) x = at;
         before &= at < line;
         // Of the mirror image of the place.
         further[n] = ((2 * line - at) * (2 * line - at) - at * at) / r2;
@@ -90,6 +95,8 @@ inline std::vector<Radiance> brute_points(const VolumePhotons& photons, const Ph
       if (!before) continue;
       for (const double image : {further[0], further[1], further[0] + further[1]})
         weight += std::max(0.0, 1 - u - image);
+      if (gap < kNarrowGap && inner(across[0], across[1]) < kFacing)
+        weight = 4 * std::pow(1 - u + x * x / r2, 1.5) / (3 * gap);
       add_scattered(found[i], segments, i, photons.direction[j],
                     transmitted(segments.medium[i], t, 2 / (std::numbers::pi * r2) * weight), photons.flux[j]);
     }

@@ -32,17 +32,24 @@ inline PlainCrossing plain_cross(const SegmentTile& tile, std::size_t i, const V
   const float t = plain_way(tile, i, place, way);
   const float u = plain_dot(way, way) * block.inverse_radius_squared[lane];
   const float d[3] = {tile.direction[0][i], tile.direction[1][i], tile.direction[2][i]};
-  float further[2];
+  float further[2], gap = 0, across[2][3], slopes[2];
   bool inside = u < 1 && t >= 0 && t <= tile.length[i];
   for (int n = 0; n < 2; ++n) {
     const float wall[3] = {block.wall[n][0][lane], block.wall[n][1][lane], block.wall[n][2][lane]};
     const float before = 1 - plain_dot(wall, way), along = plain_dot(wall, d);
-    further[n] = 4 * before / std::max(plain_dot(wall, wall) - along * along, 1e-30f);
+    slopes[n] = std::sqrt(std::max(plain_dot(wall, wall) - along * along, 1e-30f));
+    gap += std::sqrt(block.inverse_radius_squared[lane]) / slopes[n];
+    for (int axis = 0; axis < 3; ++axis) across[n][axis] = (wall[axis] - along * d[axis]) / slopes[n];
+    further[n] = 4 * before / (slopes[n] * slopes[n]);
     further[n] *= block.inverse_radius_squared[lane];
     inside &= before > 0;
   }
   float weight = 1 - u;
   for (const float image : {further[0], further[1], further[0] + further[1]}) weight += std::max(1 - u - image, 0.0f);
+  if (gap < kNarrowGap && plain_dot(across[0], across[1]) < kFacing) {
+    const float x = plain_dot(across[0], way);
+    weight = 4 * std::pow(1 - u + x * x * block.inverse_radius_squared[lane], 1.5f) / (3 * gap);
+  }
   return {inside, weight, t, 0};
 }
 

@@ -257,6 +257,18 @@ TEST(MediaFurnace, KeepsTheEnvironmentByPhotons) {
     }
 }
 
+/// Kernels reach out of both sides of slabs that are thin beside their radii, which are seen at an angle.
+TEST(MediaFurnace, KeepsTheEnvironmentInThinSlabsByPhotons) {
+  for (const float depth : {0.002f, 0.005f}) {
+    SceneDescription d = slab(medium_of(60, 1), depth, 1);
+    d.environment = Environment{};
+    d.cameras.push_back(square_view({0.1f, 0, 0}, {0, 0.9f, 0.436f}, 1, 0.15f));
+    const std::uint64_t photons = depth < 0.004f ? 200'000 : 20'000;
+    const Stage stage(std::move(d));
+    EXPECT_NEAR(mean(stage.render(by_photons(8, 16, 4, photons, "blocked"))).luminance(), 1, 0.01) << depth;
+  }
+}
+
 /// A medium as bright as the walls is not seen.
 TEST(MediaFurnace, EmitsAsTheWalls) {
   for (const bool grid : {false, true})
