@@ -364,6 +364,7 @@ PassSettings Job::pass_settings() const {
   pass.surface_samples = s.place_layers().surface_samples;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
+  pass.extrapolates = extrapolates(s);
   pass.patches = s.gather_guiding;
   pass.guide = &made_->gather_guide;
   pass.light_groups = light_groups_.get();

@@ -39,7 +39,7 @@ double mean_count(const Tracer& tracer, const PhotonMaps& maps, const View& view
 float fixed_radius_for(const Tracer& tracer, PhotonMaps& maps, PhotonMapSettings wanted, const View& view,
                        const PixelBounds& part, const PassSettings& passes, MemoryBudget& budget) {
   wanted.diagnosed = wanted.kept = true;
-  wanted.narrow = wanted.patches = wanted.sampled = false;
+  wanted.narrow = wanted.narrow_caustic = wanted.patches = wanted.sampled = false;
   PassSettings pass = passes;
   pass.kind = passes.kind == PassKind::photons ? PassKind::count_seen : PassKind::count_gathered;
   pass.places = pass.surface_samples = pass.by_disk = pass.patches = false;

@@ -58,6 +58,10 @@ IndexedMap::Engines index_groups(const IndexedMap::Photons& photons, std::span<c
 
 }  // namespace
 
+std::uint64_t IndexedMap::Engines::bytes(std::size_t photons) const {
+  return (empty() ? 0 : front()->index_bytes(photons)) + (grouped ? GroupedMap::bytes(photons) : 0);
+}
+
 std::vector<float> scaled(std::vector<float> radii, float factor) {
   if (factor != 1)
     for (float& radius : radii) radius *= factor;
@@ -92,7 +96,7 @@ void IndexedMap::update(const IndexInputs& inputs, MoreOfMap more, const MapWork
     else
       query_radii_.clear();
   }
-  engines_.update(inputs, [&] { return index(inputs, work); });
+  engines_.update(inputs, [&] { return index(inputs, flux(), policy(inputs), work); });
   if (more.narrow)
     narrow_.update(inputs, [&] { return index_narrow(inputs, work); });
   else
@@ -174,17 +178,17 @@ LargeVector<RGB> IndexedMap::flux() const {
   return correction_->factors.empty() ? flux : flux_times(flux, correction_->factors);
 }
 
-IndexedMap::Engines IndexedMap::index(const IndexInputs& inputs, const MapWork& work) const {
-  const LargeVector<RGB> flux = this->flux();
-  if (inputs.light_groups) return index_groups(*photons_, flux, policy(inputs), inputs, work.statistics);
+IndexedMap::Engines IndexedMap::index(const IndexInputs& inputs, const LargeVector<RGB>& flux,
+                                      const RadiusPolicy& policy, const MapWork& work) const {
+  if (inputs.light_groups) return index_groups(*photons_, flux, policy, inputs, work.statistics);
   Engines engines;
   engines.push_back(engine_of(inputs));
-  engines.front()->build(photons_->batch, flux, policy(inputs), work.statistics);
+  engines.front()->build(photons_->batch, flux, policy, work.statistics);
   return engines;
 }
 
-std::unique_ptr<DensityEngine> IndexedMap::index_narrow(const IndexInputs& inputs, const MapWork& work) const {
-  if (count_ == 0) return nullptr;
+IndexedMap::Engines IndexedMap::index_narrow(const IndexInputs& inputs, const MapWork& work) const {
+  if (count_ == 0) return {};
   const PhaseTimer timer(work.statistics, Phase::build_photon_map);
   RadiusPolicy policy = this->policy(inputs);
   policy.k = std::max<std::uint32_t>(1, policy.k / 2);
@@ -193,9 +197,7 @@ std::unique_ptr<DensityEngine> IndexedMap::index_narrow(const IndexInputs& input
   LargeVector<RGB> flux = photons_->batch.flux;
   if (!correction_->factors.empty())
     flux = flux_times(std::move(flux), factors(policy, "narrow-factors", nullptr, inputs.on_all_surfaces, work));
-  std::unique_ptr<DensityEngine> engine = engine_of(inputs);
-  engine->build(photons_->batch, flux, policy, work.statistics);
-  return engine;
+  return index(inputs, flux, policy, work);
 }
 
 /// One photon of each run.
@@ -213,7 +215,7 @@ PhotonSample IndexedMap::choose_sample(const KernelInputs& inputs, Statistics& s
 
 std::uint64_t IndexedMap::bytes() const {
   std::uint64_t bytes = correction_->cuts.size() * sizeof(PhotonCuts);
-  if (narrow()) bytes += narrow()->index_bytes(count_);
+  bytes += narrow().bytes(count_);
   bytes += sample().photons.size() * (bytes_each<PhotonBatch>() + kBytesBesidePhoton);
   if (query_radii()) bytes += QueryRadii::bytes(count_);
   if (photons_.inputs()) bytes += count_ * (bytes_each<PhotonBatch>() + kBytesBesidePhoton);

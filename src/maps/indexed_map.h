@@ -111,6 +111,9 @@ class IndexedMap {
   /// groups (GroupedMap::kLeastGroups), one and a map of all groups.
   struct Engines : std::vector<std::unique_ptr<DensityEngine>> {
     std::unique_ptr<const GroupedMap> grouped;
+
+    /// Bytes of the indices over so many photons.
+    std::uint64_t bytes(std::size_t photons) const;
   };
 
   struct Photons {
@@ -145,8 +148,8 @@ class IndexedMap {
   const Engines& engines() const { return *engines_; }
   /// What the engines were made of; null: there are none.
   const IndexInputs* inputs() const { return engines_.inputs(); }
-  /// An engine with kernels of half the area, and the factor on their radii; null: not wanted, or no photons.
-  const DensityEngine* narrow() const { return narrow_->get(); }
+  /// Engines with kernels of half the area, and the factor on their radii; empty: not wanted, or no photons.
+  const Engines& narrow() const { return *narrow_; }
   static constexpr float kNarrow = 0.70710678f;
   /// At most so many of the photons; empty where that is not wanted.
   const PhotonSample& sample() const { return *sample_; }
@@ -166,8 +169,9 @@ class IndexedMap {
   Correction correction(const KernelInputs& inputs, const MapWork& work) const;
   std::vector<float> factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
                              bool on_all_surfaces, const MapWork& work) const;
-  Engines index(const IndexInputs& inputs, const MapWork& work) const;
-  std::unique_ptr<DensityEngine> index_narrow(const IndexInputs& inputs, const MapWork& work) const;
+  Engines index(const IndexInputs& inputs, const LargeVector<RGB>& flux, const RadiusPolicy& policy,
+                const MapWork& work) const;
+  Engines index_narrow(const IndexInputs& inputs, const MapWork& work) const;
   PhotonSample choose_sample(const KernelInputs& inputs, Statistics& statistics) const;
 
   const char* name_;
@@ -176,8 +180,7 @@ class IndexedMap {
   Memo<RadiusInputs, PhotonRadii> radii_;  // for a radius_scale of 1
   Memo<KernelInputs, Correction> correction_;
   Memo<KernelInputs, std::unique_ptr<QueryRadii>> query_radii_;
-  Memo<IndexInputs, Engines> engines_;
-  Memo<IndexInputs, std::unique_ptr<DensityEngine>> narrow_;
+  Memo<IndexInputs, Engines> engines_, narrow_;
   Memo<KernelInputs, PhotonSample> sample_;
 };
 

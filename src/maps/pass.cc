@@ -116,28 +116,46 @@ class PassRenderer {
     memory_.segments.clear();
   }
 
+  /// Adds the radiance of query points. If a pass extrapolates, this is the light of kernels without area: the bias of
+  /// an estimate is nearly proportional to their area, so E(0) = 2 E(A/2) - E(A) (Schucany and Sommers, "Improvement of
+  /// Kernel Type Density Estimators", 1977).
   /// @param correct is called after each lookup: (whether it was one of `narrow`)
   template <class Correct>
-  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const DensityEngine* narrow,
+  void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const PhotonMaps::Engines& narrow,
                const Correct& correct, std::vector<RGB>& target) {
     count_held(queries);
+    const bool extrapolates = settings_.extrapolates && !narrow.empty();
+    add_estimates(
+        queries, engines, [&] { correct(false); }, extrapolates ? -1 : 1, target);
+    if (extrapolates)
+      add_estimates(
+          queries, narrow, [&] { correct(true); }, 2, target);
+    if (!finds_bias()) return;
+    // Not the render's lookups.
+    Statistics others;
+    for (const std::unique_ptr<DensityEngine>& engine : narrow) {
+      memory_.found.assign(queries.size(), RGB());
+      engine->estimate(queries, memory_.found, others);
+      correct(true);
+      add_bias(queries, -2);
+    }
+  }
+
+  template <class Correct>
+  void add_estimates(const QueryPoints& queries, const PhotonMaps::Engines& engines, const Correct& correct,
+                     float factor, std::vector<RGB>& target) {
     for (std::size_t i = 0; i < engines.size(); ++i) {
       memory_.found.assign(queries.size(), RGB());
       engines[i]->estimate(queries, memory_.found, statistics_);
-      correct(false);
+      correct();
+      if (factor != 1)
+        for (RGB& found : memory_.found) found *= factor;
       complete(queries, memory_.found, target, statistics_);
       if (settings_.light_groups && !engines.grouped)
         complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
       if (finds_bias()) add_bias(queries, 2);
     }
     if (settings_.light_groups && engines.grouped) engines.grouped->add(queries, out_.radiance.groups, statistics_);
-    if (!finds_bias() || !narrow) return;
-    // Not the render's lookups.
-    Statistics others;
-    memory_.found.assign(queries.size(), RGB());
-    narrow->estimate(queries, memory_.found, others);
-    correct(true);
-    add_bias(queries, -2);
   }
 
   /// The bias of an estimate is nearly proportional to its kernels' area (Silverman, Density Estimation for
@@ -238,7 +256,7 @@ class PassRenderer {
     };
     const Reservation reservation(budget_, "query points", std::min(step, points.size()) * rays_each * bytes_each);
     // Each light group has an engine of its own, but a store is looked up once.
-    if (!settings_.by_disk || finds_bias() || settings_.light_groups) {
+    if (!settings_.by_disk || finds_bias() || settings_.extrapolates || settings_.light_groups) {
       for (std::size_t first = 0; first < points.size(); first += step) {
         trace(first);
         if (settings_.kind == PassKind::count_gathered)

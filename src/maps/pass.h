@@ -38,6 +38,9 @@ struct PassSettings {
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   /// Fill PassResult::global_points and caustic_points, and find no light but PhotonMaps::signed_media().
   bool query_points_alone = false;
+  /// Kind gather: extrapolate estimates of the global map to kernels without area, by PhotonMaps::narrow(). Their bias
+  /// falls with the square of the area then, and their variance is up to four times as large. Not with a GroupedMap.
+  bool extrapolates = false;
   bool patches = true;                                 ///< send some gather rays to bright patches
   const GatherGuide* guide = nullptr;                  ///< of gather rays; null: none
   std::size_t queries_at_once = std::size_t{1} << 21;  ///< query points of a portion, if the budget allows

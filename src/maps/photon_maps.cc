@@ -116,10 +116,10 @@ IndexInputs PhotonMaps::inputs_of(const IndexedMap& map) const {
 
 bool PhotonMaps::is_done() const {
   const IndexInputs global = inputs_of(global_);
-  const MoreOfMap more{settings_.narrow, settings_.sampled};
-  return global_.is_up_to_date(global, more) && media_maps_.is_made_of(global) &&
+  return global_.is_up_to_date(global, {settings_.narrow, settings_.sampled}) && media_maps_.is_made_of(global) &&
          (media_maps_->is_sampled || !settings_.sampled) &&
-         (caustic_.count() == 0 || caustic_.is_up_to_date(inputs_of(caustic_), more)) &&
+         (caustic_.count() == 0 ||
+          caustic_.is_up_to_date(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled})) &&
          caustic_paths_ >= wanted_caustic_paths() && (radius_grid_.is_made_of(global) || !finds_radii()) &&
          (patches_.is_made_of(global) || !settings_.patches) && (diagnosis_.is_made_of(global) || !settings_.diagnosed);
 }
@@ -296,7 +296,7 @@ void PhotonMaps::bring_up_global(const MapWork& work) {
 void PhotonMaps::bring_up_caustic(const MapWork& work) {
   if (caustic_.count() == 0) return;
   if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(work.tracer, work.statistics);
-  caustic_.update(inputs_of(caustic_), {settings_.narrow, settings_.sampled}, work);
+  caustic_.update(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled}, work);
   if (!settings_.kept) caustic_.drop_photons();
 }
 
@@ -421,8 +421,7 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 /// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   std::uint64_t bytes = global_.bytes() + caustic_.bytes() + air_.segments.size() * sizeof(PhotonSegment);
-  bytes += engines().front()->index_bytes(global_.count() + caustic_.count());
-  if (engines().grouped) bytes += GroupedMap::bytes(global_.count() + caustic_.count());
+  bytes += engines().bytes(global_.count() + caustic_.count());
   bytes += in_media().bytes() + signed_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
            media_photons_->beams.size() * bytes_each<VolumeBeams>();
   if (diagnosis()) bytes += diagnosis()->index_bytes(global_.count());

@@ -32,9 +32,9 @@ struct PhotonMapSettings : IndexInputs {  // of the global map
   /// Paths that may be emitted, towards what makes caustics, for a caustic map of more photons; 0: none.
   std::uint64_t more_caustic_paths = 0;
 
-  bool diagnosed = false;  ///< an index that counts photons, for false colours
-  bool narrow = false;     ///< make PhotonMaps::narrow() and narrow_caustic()
-  bool sampled = false;    ///< make PhotonMaps::sample(), caustic_sample() and signed_media()
+  bool diagnosed = false;                       ///< an index that counts photons, for false colours
+  bool narrow = false, narrow_caustic = false;  ///< make PhotonMaps::narrow(), narrow_caustic()
+  bool sampled = false;                         ///< make PhotonMaps::sample(), caustic_sample() and signed_media()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.
   bool kept = true;
   /// Memory for light paths that are kept for the map of another moment of the scene (photon/kept_paths.h): after
@@ -96,10 +96,10 @@ class PhotonMaps {
   const VolumeMaps& signed_media() const { return media_maps_->signed_sample; }
   /// Photons that pass PhotonMapSettings::in_air.
   const AirLight& air() const { return air_; }
-  /// Engines over the same photons with kernels of half the area, for estimates of the bias; null without
-  /// PhotonMapSettings::narrow, and where there are no photons.
-  const DensityEngine* narrow() const { return global_.narrow(); }
-  const DensityEngine* narrow_caustic() const { return caustic_.narrow(); }
+  /// Engines over the same photons with kernels of half the area, for estimates of the bias; empty where they are not
+  /// wanted, and where there are no photons.
+  const Engines& narrow() const { return global_.narrow(); }
+  const Engines& narrow_caustic() const { return caustic_.narrow(); }
   /// A few of the photons, which tell their noise (maps/photon_noise.h); empty without PhotonMapSettings::sampled.
   const PhotonSample& sample() const { return global_.sample(); }
   const PhotonSample& caustic_sample() const { return caustic_.sample(); }
