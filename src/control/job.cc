@@ -45,6 +45,8 @@ bool tests_noise_after(std::uint32_t passes, bool filtered) {
 /// The settings with the size of the grid, and all of it unless they have bounds; as they are without points.
 RenderSettings settings_for(RenderSettings settings, const PointGrid* points) {
   settings.of_points = points != nullptr;
+  settings.extrapolates &=
+      points && points->batches > 1 && settings.progressive && settings.integrator == Integrator::gather;
   if (!points) return settings;
   points->check();
   settings.width = points->width;
@@ -91,10 +93,11 @@ std::uint64_t image_bytes(const RenderSettings& s, bool helps) { return helps ? 
 std::uint64_t bytes_of(const RenderSettings& s, std::uint32_t batches, bool helps) {
   const std::uint64_t photons = s.photon_target > 0 ? std::max(s.photons, kMostPhotonsForNoise) : s.photons;
   const bool guides = s.integrator == Integrator::gather && s.gather_guiding;
+  const bool narrow = s.extrapolates || s.place_layers().values.has(SlotValue::bias);
   const double pixels = static_cast<double>(s.width) * s.height;
   const std::uint64_t guiding =
       guides ? std::max(bright_patch_bytes(photons), gather_guide_bytes(pixels, s.gather, s.of_points)) : 0;
-  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * bytes_per_photon(s.media) + guiding +
+  return film_bytes(s, batches, helps) + image_bytes(s, helps) + photons * bytes_per_photon(s.media, narrow) + guiding +
          smallest_room(s);
 }
 
@@ -364,7 +367,7 @@ PassSettings Job::pass_settings() const {
   pass.surface_samples = s.place_layers().surface_samples;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
-  pass.extrapolates = extrapolates(s);
+  pass.extrapolates = s.extrapolates;
   pass.patches = s.gather_guiding;
   pass.guide = &made_->gather_guide;
   pass.light_groups = light_groups_.get();

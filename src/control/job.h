@@ -222,12 +222,6 @@ class Job {
   void add_samples(Film& film, CameraTasks places, const TaskResult& result) const;
   void put(CameraTasks places, const TaskResult& result);
   void put(const CameraTask& task, const Film& film);
-  /// PassSettings::extrapolates. Passes of sensors average the noise that it costs, and their stated error is that of
-  /// noise alone. A GroupedMap's searches would take most of the time; patches of the sky have little bias.
-  bool extrapolates(const RenderSettings& s) const {
-    const bool many_groups = light_groups_ && light_groups_->names.size() >= GroupedMap::kLeastGroups;
-    return points_ && s.progressive && s.integrator == Integrator::gather && !many_groups;
-  }
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
   PassSettings pass_settings() const;
   View view() const;

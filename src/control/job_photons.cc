@@ -53,7 +53,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);
   wanted.narrow_caustic = s.place_layers().values.has(SlotValue::bias);
-  wanted.narrow = wanted.narrow_caustic || extrapolates(s);
+  wanted.narrow = wanted.narrow_caustic || s.extrapolates;
   wanted.sampled = measures_photon_noise_;
   wanted.kept = false;
   wanted.most_kept_bytes = most_kept_bytes_;

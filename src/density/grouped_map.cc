@@ -26,15 +26,16 @@ struct PointsOfTargets {
 class GroupWorker {
  public:
   GroupWorker(const BlockedIndex& index, std::span<const std::uint32_t> groups, const QueryPoints& points,
-              std::span<std::vector<RGB>> light)
-      : index_(index), tree_(index.tree()), groups_(groups), points_(points), light_(light) {}
+              std::span<std::vector<RGB>> light, float factor)
+      : index_(index), tree_(index.tree()), groups_(groups), points_(points), light_(light), factor_(factor) {}
 
   void add(std::uint32_t point) {
     const Vec3 p = points_.position[point], n = points_.normal[point];
     const float position[3] = {p.x, p.y, p.z}, normal[3] = {n.x, n.y, n.z};
     blocked_find(tree_, position, normal, scratch_, found_, counts);
     const bool is_lambertian = points_.bsdf[point] == kLambertianQuery;
-    const RGB factor = is_lambertian ? points_.weight[point] * points_.reflectance[point] : points_.weight[point];
+    const RGB weight = points_.weight[point] * factor_,
+              factor = is_lambertian ? weight * points_.reflectance[point] : weight;
     for (const BlockedPhoton& photon : found_) {
       const PhotonBlock& block = tree_.blocks[photon.place / kBlockWidth];
       const std::size_t lane = photon.place % kBlockWidth;
@@ -59,6 +60,7 @@ class GroupWorker {
   std::span<const std::uint32_t> groups_;  // by place
   const QueryPoints& points_;
   std::span<std::vector<RGB>> light_;
+  float factor_;
   BlockedScratch scratch_;
   std::vector<BlockedPhoton> found_;
   GatheredPhotons gathered_;
@@ -75,14 +77,15 @@ GroupedMap::GroupedMap(const PhotonBatch& photons, std::span<const RGB> flux, co
   for (const std::uint32_t photon : photon_of_place) group_of_place_.push_back(group_of[photon]);
 }
 
-void GroupedMap::add(const QueryPoints& points, std::span<std::vector<RGB>> light, Statistics& statistics) const {
+void GroupedMap::add(const QueryPoints& points, std::span<std::vector<RGB>> light, Statistics& statistics,
+                     float factor) const {
   const PhaseTimer timer(statistics, Phase::density);
   statistics.add(Counter::query_points, points.size());
   if (index_.size() == 0 || light.empty()) return;
   const PointsOfTargets of(points, light.front().size());
   const std::size_t targets = light.front().size();
   parallel_for(0, targets, even_grain(targets), [&](std::size_t first, std::size_t last) {
-    GroupWorker worker(index_, group_of_place_, points, light);
+    GroupWorker worker(index_, group_of_place_, points, light, factor);
     for (std::size_t i = of.first[first]; i < of.first[last]; ++i) worker.add(of.order[i]);
     statistics.add(Counter::shader_operations, worker.counts.evaluated);
     statistics.add(Counter::pairs_tested, worker.counts.tested);

@@ -21,10 +21,11 @@ class GroupedMap {
   GroupedMap(const PhotonBatch& photons, std::span<const RGB> flux, const RadiusPolicy& policy,
              std::span<const std::uint32_t> group_of);
 
-  /// Adds weight times radiance of each point to light[group][QueryPoints::gather_point], on all threads
+  /// Adds factor times weight times radiance of each point to light[group][QueryPoints::gather_point], on all threads
   /// (Phase::density; counts query_points, pairs_tested, shader_operations). The sums of a target have the order of its
   /// points, so they do not depend on the number of threads.
-  void add(const QueryPoints& points, std::span<std::vector<RGB>> light, Statistics& statistics) const;
+  void add(const QueryPoints& points, std::span<std::vector<RGB>> light, Statistics& statistics,
+           float factor = 1) const;
 
   /// Bytes of a map of so many photons.
   static std::uint64_t bytes(std::size_t photons);

@@ -66,8 +66,8 @@ struct FilteredLight {
 FilteredLight filter_light(const LightEstimate& estimate, const FilterGuides& guides, FilteredRows rows = {});
 
 /// The variance that the level of each pixel is expected to have, by the samples of the pixels around it
-/// (find_noise()). It is small beside edges of light, where that of a pixel's own samples is large: these are
-/// stratified.
+/// (find_noise()). At edges of light it is smaller than the variance of the pixel's own samples, which stratification
+/// makes too large.
 std::vector<float> expected_variance(const LightEstimate& estimate, const FilterGuides& guides);
 
 /// Bytes that filter_light() takes for each pixel, with its arguments and its result.

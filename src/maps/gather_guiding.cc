@@ -33,7 +33,7 @@ class Pilot {
       : tracer_(tracer), maps_(maps), view_(view), wanted_(wanted), settings_(settings), budget_(budget) {
     settings_.kind = PassKind::gather_rays;
     settings_.gather = settings_.light_samples = 1;
-    settings_.patches = settings_.by_disk = settings_.places = false;
+    settings_.patches = settings_.by_disk = settings_.places = settings_.extrapolates = false;
     settings_.guide = nullptr;
     settings_.light_groups = nullptr;
     settings_.seed = hash_combine(settings_.seed, kGuideStream);

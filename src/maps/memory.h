@@ -21,7 +21,8 @@ inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bo
 inline constexpr std::uint64_t kBytesPerQuery = 192;
 /// Bytes of a photon while photons are traced and maps are made of them.
 /// @param media whether the scene has some: a photon then lies on a surface or in a medium, as a point and a beam
-std::uint64_t bytes_per_photon(bool media);
+/// @param narrow whether there is PhotonMaps::narrow(), too
+std::uint64_t bytes_per_photon(bool media, bool narrow);
 /// Bytes of a thread for its rays.
 inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 

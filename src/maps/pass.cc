@@ -155,7 +155,8 @@ class PassRenderer {
         complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
       if (finds_bias()) add_bias(queries, 2);
     }
-    if (settings_.light_groups && engines.grouped) engines.grouped->add(queries, out_.radiance.groups, statistics_);
+    if (settings_.light_groups && engines.grouped)
+      engines.grouped->add(queries, out_.radiance.groups, statistics_, factor);
   }
 
   /// The bias of an estimate is nearly proportional to its kernels' area (Silverman, Density Estimation for

@@ -35,9 +35,9 @@ constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
 constexpr const char* kKeptPaths = "kept light paths";
 
 /// Memory for the photons of a pass. Throws Error if they do not fit: fewer photons would change the picture.
-std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, bool media, MemoryBudget& budget) {
+std::unique_ptr<Reservation> reserve_photons(std::uint64_t photons, bool media, bool narrow, MemoryBudget& budget) {
   constexpr double kMegabyte = 1e6;  // the unit of --memory
-  const std::uint64_t each = bytes_per_photon(media), wanted = photons * each, there = budget.available();
+  const std::uint64_t each = bytes_per_photon(media, narrow), wanted = photons * each, there = budget.available();
   if (wanted > there)
     throw MemoryError(
         fmt::format("the photon map takes {:.0f}M while its {} photons are traced; the memory budget has "
@@ -169,7 +169,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   air_.segments = {};
   reservation_.reset();
   const PhotonPassSettings wanted = pass_settings();
-  reservation_ = reserve_photons(wanted.photons, !tracer.scene().media().empty(), *budget_);
+  reservation_ = reserve_photons(wanted.photons, !tracer.scene().media().empty(), settings_.narrow, *budget_);
   pass_ = PhotonPass();
   {
     // Pilots, and photons that pass sensors, are part of this phase, too.
@@ -352,11 +352,12 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
   *building_ = true;
 }
 
-std::uint64_t bytes_per_photon(bool media) {
+std::uint64_t bytes_per_photon(bool media, bool narrow) {
   // Radius, place in the order, and factor.
   constexpr std::uint64_t kBeside = 2 * sizeof(float) + sizeof(std::uint32_t);
-  // The global and the caustic map, and beside them one's corrected flux, policy and index.
-  const std::uint64_t on_surface = 3 * (bytes_each<PhotonBatch>() + kBeside) + sizeof(RGB) + 2 * sizeof(float);
+  // The global and the caustic map, and beside them one's corrected flux, policy and index, and its narrow ones.
+  const std::uint64_t map = bytes_each<PhotonBatch>() + kBeside, index = map + sizeof(RGB) + 2 * sizeof(float),
+                      on_surface = 2 * map + (narrow ? 2 : 1) * index;
   if (!media) return on_surface;
   // Points and beams as traced, and the points with their kernels; the flux of a group of lights, the index, and what
   // sorts it: two lists, places and the keys along a curve.

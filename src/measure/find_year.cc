@@ -31,6 +31,7 @@ constexpr std::uint32_t kRoundsOfPlan = 16;
 RenderSettings round_settings(const RenderSettings& asked, std::uint64_t photons) {
   RenderSettings s = sensor_settings(asked);
   s.light_groups = true;
+  s.extrapolates = false;
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes();
   if (s.photons == 0) s.photons = photons;
   s.default_gather = kGatherRays;
@@ -133,6 +134,7 @@ RoundPlan plan_rounds(const YearScene& sky, const PointGrid& grid, const YearMod
   RenderSettings pilot = asked;
   pilot.memory_bytes = out.sky.memory_bytes;
   pilot.samples = 0;
+  pilot.extrapolates = false;  // as patch_settings() says
   pilot.time_limit_s = pilot.noise_target = 0;
   const SensorPlan plan = plan_sensors(sky.scene, sky.tracer, grid, pilot, [&](Job& job) { watch.wait(job, {}); });
   if (plan.reason.empty()) return out;

@@ -30,6 +30,8 @@ constexpr double kRaysPerPhoton = 4, kLeastPhotonsOfPass = 20'000, kMostPhotonsO
 /// Work in gather rays, which take about as long as photons: of a vertex of a path, and of the guides of photons and
 /// gather rays.
 constexpr double kVertexWork = 0.5, kGuideWork = 500'000;
+/// Factor on the work of gathering that is extrapolated: it looks photons up twice.
+constexpr double kExtrapolationWork = 1.5;
 /// A gathering pilot pays where paths take so many times the least work of gathering.
 constexpr double kWorthTrying = 4;
 /// Standard errors by which light is seen to differ.
@@ -157,7 +159,8 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   };
   RenderSettings gather = gather_settings(asked, kPilotPasses, sensors);
   const auto photons = static_cast<double>(gather.photons);
-  const auto work_of_gathering = [&](double passes) { return passes * (photons + kRaysOfPass * sensors) + kGuideWork; };
+  const double work_of_pass = (photons + kRaysOfPass * sensors) * (asked.extrapolates ? kExtrapolationWork : 1);
+  const auto work_of_gathering = [&](double passes) { return passes * work_of_pass + kGuideWork; };
   if (work_of_paths() < kWorthTrying * (kLeastPasses * photons + kGuideWork))
     return by_paths("paths, because all of them cost no more than a few photon maps");
   if (paths_each(kComparedPaths) > paths_each(kPilotPaths))

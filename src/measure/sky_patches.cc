@@ -108,6 +108,8 @@ RenderSettings patch_settings(RenderSettings settings) {
   settings.light_groups = true;
   // Light comes from everywhere, and bright patches would be looked for in the photons of each sky patch.
   settings.gather_guiding = false;
+  // Searches in a GroupedMap take most of the time, and light from all of the sky falls off little.
+  settings.extrapolates = false;
   return settings;
 }
 

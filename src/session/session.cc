@@ -211,7 +211,7 @@ void Session::update_maps(const ViewState& state, std::uint64_t photons, bool mo
   const bool others = photons != map_photons_ || wanted.guide != map_guide_;
   // Photons first.
   if (others) pass_memory_.clear();
-  const std::uint64_t bytes = photons * bytes_per_photon(!tracer_->scene().media().empty());
+  const std::uint64_t bytes = photons * bytes_per_photon(!tracer_->scene().media().empty(), false);
   if (others && has_maps_ && settings_.adapt && budget_.available() >= bytes) {
     // The old photons stay until better ones exist: if this is interrupted, the next frame has a map.
     PhotonMaps better(budget_);

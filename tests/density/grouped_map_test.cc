@@ -30,10 +30,10 @@ struct Grouped {
     }
   }
 
-  std::vector<std::vector<RGB>> sums() const {
+  std::vector<std::vector<RGB>> sums(float factor = 1) const {
     std::vector<std::vector<RGB>> light(kGroups, std::vector<RGB>(kTargets));
     Statistics statistics;
-    GroupedMap(photons, photons.flux, policy, group_of).add(points, light, statistics);
+    GroupedMap(photons, photons.flux, policy, group_of).add(points, light, statistics, factor);
     return light;
   }
 };
@@ -61,6 +61,13 @@ TEST(GroupedMap, AgreesWithAnEngineForEachGroup) {
     for (std::size_t i = 0; i < kPoints; ++i) expected[room.points.gather_point[i]] += room.points.weight[i] * found[i];
     EXPECT_LT(largest_difference(light[group], expected), 1e-4) << group;
   }
+}
+
+TEST(GroupedMap, AddsLightTimesAFactor) {
+  const Grouped room;
+  const std::vector<std::vector<RGB>> light = room.sums(), opposite = room.sums(-1);
+  for (std::uint32_t group = 0; group < kGroups; ++group)
+    for (std::size_t i = 0; i < kTargets; ++i) EXPECT_EQ(opposite[group][i], light[group][i] * -1.0f);
 }
 
 TEST(GroupedMap, HasTheSameBitsForAnyNumberOfThreads) {

@@ -8,6 +8,7 @@
 
 #include "builtin/builtin.h"
 #include "core/parallel.h"
+#include "density/grouped_map.h"
 #include "import/material_text.h"
 #include "measure/measurement.h"
 #include "scene/scene_parts.h"
@@ -249,6 +250,29 @@ TEST(SlowSensors, BehindSlatsAreAsBrightByPhotonsAsByPaths) {
   };
   // Some 1% of noise; 1.08 by estimates that are not extrapolated.
   EXPECT_NEAR(mean(Integrator::gather, 16) / mean(Integrator::path, 100'000), 1, 0.03);
+}
+
+/// Many lamps have a map of all groups in place of one for each.
+TEST(SensorLight, IsTheSameWhereTheLightOfManyLampsIsKeptApart) {
+  SceneDescription d = room_behind_slats();
+  d.environment.reset();
+  for (int i = 0; i < static_cast<int>(GroupedMap::kLeastGroups); ++i) {
+    Light& lamp = d.lights.emplace_back();
+    lamp.name = std::to_string(i);
+    lamp.position = {-1, 2, 0.1f * static_cast<float>(i)};
+    lamp.intensity = RGB(1.0f);
+  }
+  const Place place(std::move(d), "y=0.8,3");
+  RenderSettings settings;
+  settings.photons = 20'000;
+  settings.gather = 256;
+  settings = sensor_settings(settings);
+  settings.samples = 2;
+  const Measurement whole = place.measure(settings);
+  settings.light_groups = true;
+  const Measurement apart = place.measure(settings);
+  for (std::size_t i = 0; i < whole.irradiance.size(); ++i)
+    EXPECT_NEAR(apart.irradiance[i].g / whole.irradiance[i].g, 1, 1e-4) << i;
 }
 
 }  // namespace
