@@ -109,7 +109,10 @@ TEST(BentLight, SensorsInAirMeetALampInAMirror) {
   for (const Integrator by : kAll) {
     SCOPED_TRACE(static_cast<int>(by));
     const auto readings = measure(stage, integrator(by, 24), {{{0.5f, 0, 1}, {0, 0, -1}}});
-    expect_light(readings[0], expected, 0.06);
+    if (by == Integrator::photons)
+      expect_light(readings[0], expected, 0.06);
+    else  // by the lamp's image
+      EXPECT_NEAR(readings[0].irradiance, expected, 1e-4 * expected);
   }
 }
 
