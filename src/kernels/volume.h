@@ -15,9 +15,9 @@ inline constexpr int kSegmentTile = 16;
 /// away than the radius and this.
 inline constexpr float kBeamRounding = 1e-3f;
 
-/// Two walls of a photon face each other in a disc if the cosine of their normals is below kFacing there. Of a gap
-/// between them narrower than kNarrowGap radii, few mirror images would lose flux. The disc is spread evenly across
-/// such a gap, which keeps it.
+/// Two walls of a photon face each other in a disc if the cosine of their normals is below kFacing there. In a gap
+/// narrower than kNarrowGap radii, the few mirror images that are used would lose flux, so the disc is spread evenly
+/// across the gap.
 inline constexpr float kFacing = -0.8f, kNarrowGap = 0.65f;
 
 /// Eight nearby photons. The last photon of a tree fills the lanes behind it, without flux.

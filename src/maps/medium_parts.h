@@ -19,9 +19,9 @@ void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale,
 
 /// The same for points, which are blurred over the discs across segments. How much of a disc lies in the medium depends
 /// on the direction of the segment, so one factor for all would brighten segments towards a wall and darken those along
-/// it. Sets PhotonKernels::walls to tangent planes of boundaries that the rays meet: for each photon those behind
-/// which the most of the kernel outside of the medium lies, and the least of it in the medium. Multiplies the flux by a
-/// factor for what lies before them and not in the medium, as at edges.
+/// it. Sets PhotonKernels::walls to tangent planes of boundaries that the rays meet. It chooses planes that cut off as
+/// much as possible of the kernel outside the medium, and as little as possible inside. Multiplies the flux by a factor
+/// for the part that still lies outside, as at edges.
 void correct_photons(const Tracer& tracer, float scale, VolumePhotons& photons, PhotonKernels& kernels);
 
 }  // namespace glowworm

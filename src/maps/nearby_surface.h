@@ -71,8 +71,8 @@ class NearbySurface {
   std::span<const Triangle> triangles() const { return copied_ ? std::span(triangles_) : std::span<const Triangle>(); }
 
   /// All hits of segments that lie in the cylinder, by segment and then distance; fewer if it is crowded().
-  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment, of
-  /// surface that takes flux. Other surface may be as close to it, and to each other, as rounding lets tell.
+  /// @param first least distance of a hit; @param step least distance between hits: both shares of a segment, for
+  /// surface that takes flux. Other hits may be as close to it, and to each other, as rounding allows.
   const std::vector<Meeting>& meetings(const Segments& segments, float first, float step);
 
  private:

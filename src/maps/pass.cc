@@ -125,11 +125,8 @@ class PassRenderer {
                const Correct& correct, std::vector<RGB>& target) {
     count_held(queries);
     const bool extrapolates = settings_.extrapolates && !narrow.empty();
-    add_estimates(
-        queries, engines, [&] { correct(false); }, extrapolates ? -1 : 1, target);
-    if (extrapolates)
-      add_estimates(
-          queries, narrow, [&] { correct(true); }, 2, target);
+    add_estimates(queries, engines, false, extrapolates ? -1 : 1, correct, target);
+    if (extrapolates) add_estimates(queries, narrow, true, 2, correct, target);
     if (!finds_bias()) return;
     // Not the render's lookups.
     Statistics others;
@@ -141,13 +138,14 @@ class PassRenderer {
     }
   }
 
+  /// Adds the estimates of engines times a factor. @param correct as of look_up()
   template <class Correct>
-  void add_estimates(const QueryPoints& queries, const PhotonMaps::Engines& engines, const Correct& correct,
-                     float factor, std::vector<RGB>& target) {
+  void add_estimates(const QueryPoints& queries, const PhotonMaps::Engines& engines, bool is_narrow, float factor,
+                     const Correct& correct, std::vector<RGB>& target) {
     for (std::size_t i = 0; i < engines.size(); ++i) {
       memory_.found.assign(queries.size(), RGB());
       engines[i]->estimate(queries, memory_.found, statistics_);
-      correct();
+      correct(is_narrow);
       if (factor != 1)
         for (RGB& found : memory_.found) found *= factor;
       complete(queries, memory_.found, target, statistics_);

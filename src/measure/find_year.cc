@@ -134,7 +134,7 @@ RoundPlan plan_rounds(const YearScene& sky, const PointGrid& grid, const YearMod
   RenderSettings pilot = asked;
   pilot.memory_bytes = out.sky.memory_bytes;
   pilot.samples = 0;
-  pilot.extrapolates = false;  // as patch_settings() says
+  pilot.extrapolates = false;  // as in patch_settings()
   pilot.time_limit_s = pilot.noise_target = 0;
   const SensorPlan plan = plan_sensors(sky.scene, sky.tracer, grid, pilot, [&](Job& job) { watch.wait(job, {}); });
   if (plan.reason.empty()) return out;

@@ -117,7 +117,7 @@ class CoarseScene {
     const Vec3 a = corners[0];
     const Vec3 x = (corners[1] - a) / static_cast<float>(parts);
     const Vec3 y = (corners[2] - a) / static_cast<float>(parts);
-    for (int j = parts; j >= 0; --j)  // GCC 12 takes a loop upwards for endless
+    for (int j = parts; j >= 0; --j)  // upwards, GCC 12 warns of an endless loop
       for (int i = parts - j; i >= 0; --i)
         if (const auto cell = cell_of(a + x * static_cast<float>(i) + y * static_cast<float>(j))) full_[*cell] = true;
   }

@@ -136,7 +136,7 @@ struct RenderSettings {
   bool media = false;      ///< the scene has some; set by resolve()
   bool of_points = false;  ///< points are rendered, and not what a camera sees; set by Job
   /// Extrapolate what sensors gather from photons (PassSettings::extrapolates). Their passes average the noise that it
-  /// costs, and their stated error does not include bias. Job leaves it on for these alone.
+  /// costs, and their stated error does not include bias. Job turns it off for everything else.
   bool extrapolates = true;
   bool separate_layers = true;          ///< keep the film's layers apart; always true if there are AOVs or a filter
   bool light_groups = false;            ///< keep the light of each name of light apart (scene/light_groups.h)
