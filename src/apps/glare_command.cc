@@ -76,6 +76,42 @@ GlarePicture picture_of(const Job& job) {
   return picture;
 }
 
+/// The pixels around which lamps or sky are seen, unless all of these are sources by their means.
+/// @param emitted cd/m^2
+std::vector<std::uint32_t> pixels_at_edges(const GlarePicture& picture, const std::vector<float>& emitted,
+                                           double threshold) {
+  std::vector<std::uint32_t> out;
+  const auto is_edge = [&](int x, int y) {
+    bool sees_light = false, within = true;
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, picture.height - 1); ++v)
+      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, picture.width - 1); ++u) {
+        const auto i = static_cast<std::size_t>(v * picture.width + u);
+        sees_light |= emitted[i] > 0;
+        within &= picture.luminance[i] > threshold;
+      }
+    return sees_light && !within;
+  };
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if (is_edge(x, y)) out.push_back(static_cast<std::uint32_t>(y * picture.width + x));
+  return out;
+}
+
+/// Adds to a job's picture what is known within pixels: their light from lamps and sky, in place of its mean.
+void add_details(const Job& job, const Tracer& tracer, const Camera& camera, double threshold, GlarePicture& picture) {
+  std::vector<float> emitted;
+  for (std::size_t i = 0; i < picture.luminance.size(); ++i)
+    emitted.push_back(illuminance(job.film().mean(Film::Layer::surface_emitted, i)));
+  picture.details =
+      light_within_pixels(tracer, camera, picture.width, picture.height, pixels_at_edges(picture, emitted, threshold));
+  for (PixelDetail& detail : picture.details) {
+    const float rest = std::max(picture.luminance[detail.pixel] - emitted[detail.pixel], 0.0f);
+    double sum = 0;
+    for (float& luminance : detail.luminance) sum += luminance += rest;
+    picture.luminance[detail.pixel] = static_cast<float>(sum / static_cast<double>(detail.luminance.size()));
+  }
+}
+
 /// The task of --task, if one is given.
 std::optional<GlareTask> task_of(const GlareOptions& o) {
   if (o.task.empty()) return std::nullopt;
@@ -207,7 +243,6 @@ int run_glare(GlareOptions& o) {
   asked.memory_bytes = o.memory_bytes();
   asked.width = asked.height = static_cast<int>(o.side);
   asked.bounds = {0, 0, asked.width, asked.height};
-  asked.separate_layers = false;
   OutputFiles files;
   files.add_input("the scene", o.scene);
   files.add_input("--views", o.views);
@@ -235,8 +270,10 @@ int run_glare(GlareOptions& o) {
     Job job(scene, tracer, asked, nullptr, {}, nullptr, nullptr, maps);
     finish_job(job, o.report.quiet);
     if (job.ending() == Ending::cancelled) return kExitSignalled + caught_interrupt();
-    const GlarePicture picture = picture_of(job);
-    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera, o.side), threshold_of(o, picture));
+    GlarePicture picture = picture_of(job);
+    const double threshold = threshold_of(o, picture);
+    add_details(job, *tracer, camera, threshold, picture);
+    const Glare glare = rate_glare(picture, sources_of_suns(*tracer, camera, o.side), threshold);
     tell_glare(i + 1, glare);
     const Transform& m = camera.to_world;
     const auto axis = [&](Vec3 d) { return scene->to_file_axes(normalize(d)); };
@@ -255,8 +292,8 @@ A line of the file of views gives a place and a direction as Radiance does, in m
 the axes of the scene's file: -vp 1 1.2 2 -vd 0 0 -1 -vu 0 1 0. Each view is rendered as
 an equidistant fisheye of 180 degrees; all of them share their photons. Sources are
 connected pixels above --threshold; the sun is one of half a degree. Lamps without size
-give light to the room, but are no sources. Pixels at the edge of a source show part of
-it: a source of few pixels is rated too low, and --side gives it more.
+give light to the room, but are no sources. Lamps and sky are known at 16 places of a
+pixel at the edge of a source; a source of less than ten pixels needs a larger --side.
 In place of a scene you can give a fisheye picture (.hdr, .pic or .exr; -vta or -vth),
 with its exposure and view in the header.
 

@@ -35,13 +35,46 @@ PixelView view_of_pixel(const GlarePicture& p, int x, int y) {
 /// 0: no source, 1: a source, 2: a peak within one.
 int level_of(double luminance, double threshold) { return int{luminance > threshold} + int{luminance > kGlarePeak}; }
 
+/// The part of a pixel that belongs to a source.
+struct SourcePart {
+  int level = 0;         ///< level_of()
+  double share = 1;      ///< of the pixel's solid angle
+  double luminance = 0;  ///< cd/m^2
+};
+
+/// The places of a pixel at its highest level.
+SourcePart brightest_part(const PixelDetail& detail, double threshold) {
+  SourcePart out;
+  std::size_t count = 0;
+  for (const float luminance : detail.luminance) out.level = std::max(out.level, level_of(luminance, threshold));
+  for (const float luminance : detail.luminance) {
+    if (level_of(luminance, threshold) != out.level) continue;
+    out.luminance += luminance;
+    ++count;
+  }
+  out.luminance /= static_cast<double>(count);
+  out.share = static_cast<double>(count) / static_cast<double>(detail.luminance.size());
+  return out;
+}
+
+/// Of each pixel in front of the eye.
+std::vector<SourcePart> source_parts(const GlarePicture& p, std::span<const PixelView> views, double threshold) {
+  std::vector<SourcePart> parts(p.luminance.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (views[i].solid_angle > 0) parts[i] = {level_of(p.luminance[i], threshold), 1, p.luminance[i]};
+  for (const PixelDetail& detail : p.details)
+    if (views[detail.pixel].solid_angle > 0) parts[detail.pixel] = brightest_part(detail, threshold);
+  return parts;
+}
+
 /// Numbers the connected pixels of one level, over sides and corners.
-std::uint32_t connect(const GlarePicture& p, const std::vector<int>& level, std::vector<std::uint32_t>& source_of) {
+std::uint32_t connect(const GlarePicture& p, const std::vector<SourcePart>& parts,
+                      std::vector<std::uint32_t>& source_of) {
   std::uint32_t count = 0;
   std::vector<std::size_t> open;
   const auto width = static_cast<std::size_t>(p.width);
-  for (std::size_t first = 0; first < level.size(); ++first) {
-    if (level[first] == 0 || source_of[first] != kNoGlareSource) continue;
+  for (std::size_t first = 0; first < parts.size(); ++first) {
+    if (parts[first].level == 0 || source_of[first] != kNoGlareSource) continue;
     open.push_back(first);
     source_of[first] = count;
     while (!open.empty()) {
@@ -51,7 +84,7 @@ std::uint32_t connect(const GlarePicture& p, const std::vector<int>& level, std:
       for (int v = std::max(y - 1, 0); v <= std::min(y + 1, p.height - 1); ++v)
         for (int u = std::max(x - 1, 0); u <= std::min(x + 1, p.width - 1); ++u) {
           const std::size_t next = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
-          if (level[next] != level[first] || source_of[next] != kNoGlareSource) continue;
+          if (parts[next].level != parts[first].level || source_of[next] != kNoGlareSource) continue;
           source_of[next] = count;
           open.push_back(next);
         }
@@ -130,21 +163,19 @@ std::vector<PixelView> pixel_views(const GlarePicture& p) {
 Glare rate_glare(const GlarePicture& p, std::span<const PixelView> views, std::span<const GlareSource> lights,
                  double threshold) {
   Glare out;
-  std::vector<int> level(p.luminance.size(), 0);
-  for (std::size_t i = 0; i < level.size(); ++i) {
-    if (views[i].solid_angle > 0) level[i] = level_of(p.luminance[i], threshold);
-    out.vertical_illuminance += p.luminance[i] * views[i].projected.z;
-  }
-  out.source_of.assign(level.size(), kNoGlareSource);
-  out.sources.resize(connect(p, level, out.source_of));
+  const std::vector<SourcePart> parts = source_parts(p, views, threshold);
+  for (std::size_t i = 0; i < parts.size(); ++i) out.vertical_illuminance += p.luminance[i] * views[i].projected.z;
+  out.source_of.assign(parts.size(), kNoGlareSource);
+  out.sources.resize(connect(p, parts, out.source_of));
   std::vector<Vec3d> middle(out.sources.size());
-  for (std::size_t i = 0; i < level.size(); ++i) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
     if (out.source_of[i] == kNoGlareSource) continue;
     GlareSource& source = out.sources[out.source_of[i]];
-    source.solid_angle += views[i].solid_angle;
-    source.luminance += p.luminance[i] * views[i].solid_angle;
-    source.illuminance += p.luminance[i] * views[i].projected.z;
-    middle[out.source_of[i]] = middle[out.source_of[i]] + views[i].projected * p.luminance[i];
+    const double brightness = parts[i].luminance * parts[i].share;
+    source.solid_angle += views[i].solid_angle * parts[i].share;
+    source.luminance += brightness * views[i].solid_angle;
+    source.illuminance += brightness * views[i].projected.z;
+    middle[out.source_of[i]] = middle[out.source_of[i]] + views[i].projected * brightness;
   }
   double of_sources = 0;
   for (std::size_t i = 0; i < out.sources.size(); ++i) {

@@ -1,5 +1,6 @@
 // Glare of a view: sources in a fisheye picture, and the indices that rate them.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -11,12 +12,20 @@
 
 namespace glowworm {
 
+/// Luminances at places of a pixel.
+struct PixelDetail {
+  static constexpr int kAcross = 4;
+  std::uint32_t pixel = 0;                           ///< row by row
+  std::array<float, kAcross * kAcross> luminance{};  ///< cd/m^2
+};
+
 /// Luminance of a fisheye picture around the direction of view.
 struct GlarePicture {
   CameraKind kind = CameraKind::fisheye;  ///< or hemispherical
   int width = 0, height = 0;
   float half_x = kPi / 2, half_y = kPi / 2;  ///< of the picture plane (Camera::half_extent) along its sides
   std::vector<float> luminance;              ///< cd/m^2, row-major, first row on top
+  std::vector<PixelDetail> details;          ///< of some pixels, whose `luminance` is their mean
 };
 
 /// A source of glare.
@@ -67,7 +76,7 @@ struct PixelView {
 std::vector<PixelView> pixel_views(const GlarePicture& picture);
 
 /// Sources are connected pixels above the threshold; those above kGlarePeak are sources of their own, such as the sun
-/// in a bright sky.
+/// in a bright sky. Of a pixel with details, the brightest part counts alone.
 /// @param views pixel_views() of the picture, or of another of its kind and size
 /// @param threshold cd/m^2; @param lights beside those of the picture, such as the sun, whose disc is less than a pixel
 Glare rate_glare(const GlarePicture& picture, std::span<const PixelView> views,

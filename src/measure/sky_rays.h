@@ -1,4 +1,4 @@
-// Ways on which an eye sees the sky, and the sun among them.
+// Ways on which an eye sees the sky, the sun among them, and lamps.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -32,6 +32,12 @@ struct SkyRay {
 /// and throughputs are shares of a pixel; null: none
 std::vector<SkyRay> sky_rays(const Tracer& tracer, const Camera& camera, int width, int height, int across,
                              bool straight, GatherPoints* glints = nullptr);
+
+/// The light of lamps and sky, cd/m^2, within pixels: straight, and by panes, smooth mirrors and glass. Pixels that
+/// show rough mirrors are left out.
+/// @param camera is_angular() @param pixels ascending, row by row
+std::vector<PixelDetail> light_within_pixels(const Tracer& tracer, const Camera& camera, int width, int height,
+                                             std::span<const std::uint32_t> pixels);
 
 /// The sun as sources of glare: seen straight, and by each mirror. The ways that end near the sun show its image in a
 /// mirror, as if the sun were a larger disc of the same flux. The luminance of the image is the sun's times the share

@@ -1,4 +1,7 @@
 // `glowworm glare`: views in, ratings out.
+#include "measure/glare.h"
+
+#include <cmath>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -45,6 +48,7 @@ std::vector<double> numbers_of_view(const std::string& row) {
 
 TEST_F(GlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
   std::ofstream(path("views.vf")) << kAtTheLamp;
+  std::vector<double> by_format;
   for (const char* name : {"s.hdr", "s.exr"}) {
     const Outcome outcome = run({"glare", "builtin:cornell", "--views", "views.vf", "-o", "g.csv", "--side", "128",
                                  "--samples", "1", "--gather", "2", "--photons", "2000", "--picture", name});
@@ -54,14 +58,35 @@ TEST_F(GlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
     const std::vector<double> again = numbers_of_view(first_view(read(path("again.csv"))));
     ASSERT_EQ(rated.size(), 5u);
     ASSERT_EQ(again.size(), 5u);
-    // RGBE has eight bits for the largest channel.
     const Outcome by_task = run({"glare", name, "-o", "task.csv", "--task", "64,20,0.2"});
     EXPECT_THAT(by_task.err, testing::HasSubstr("the task has"));
-    for (std::size_t i = 0; i < rated.size(); ++i) EXPECT_NEAR(again[i] / rated[i], 1, 0.01) << name << ' ' << i;
+    // RGBE has eight bits for the largest channel. A picture has no places within pixels, which indices depend on.
+    EXPECT_NEAR(again[3] / rated[3], 1, 0.01) << name;
+    if (by_format.empty()) by_format = again;
+    for (std::size_t i = 0; i < again.size(); ++i) EXPECT_NEAR(again[i] / by_format[i], 1, 0.01) << i;
   }
   EXPECT_TRUE(refused(run({"glare", "s.hdr", "-o", "a.csv", "--view", "-vtv -vh 90 -vv 90"}), {"fisheye", "-vta"}));
   EXPECT_TRUE(refused(run({"glare", "builtin:cornell", "-o", "a.csv"}), {"--views FILE"}, 2));
   EXPECT_TRUE(refused(run({"glare", "s.hdr", "-o", "a.csv", "--task", "1,2"}), {"--task '1,2'"}, 2));
+}
+
+/// A disc of a few pixels straight ahead, whose edges are most of it, before an even sky.
+TEST_F(GlareTest, SmallSourcesHaveTheirSizeAndLuminance) {
+  constexpr double kRadiance = 100, kLamp = 179 * kRadiance, kSky = 179;
+  for (const double radius : {0.03, 0.05, 0.1}) {
+    std::ofstream(path("disc.pbrt")) << "WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 1 1]\n"
+                                        "AreaLightSource \"diffuse\" \"rgb L\" [100 100 100] \"bool twosided\" true\n"
+                                        "Translate 0.013 0.017 -1\nShape \"disk\" \"float radius\" "
+                                     << radius << "\n";
+    const Outcome outcome = rate("disc.pbrt", "rview -vta -vp 0 0 0 -vd 0 0 -1 -vu 0 1 0\n");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const double solid_angle = 2 * M_PI * (1 - std::cos(std::atan(radius)));
+    const std::vector<double> found = numbers_of_view(first_view(read(path("g.csv"))));
+    ASSERT_EQ(found.size(), 5u);
+    const double weight = solid_angle / std::pow(position_index(normalize(Vec3{0.013f, 0.017f, 1})), 2);
+    EXPECT_NEAR(found[2], 8 * std::log10(0.25 / kSky * kLamp * kLamp * weight), 0.1) << radius;
+    EXPECT_NEAR(found[4], kSky, 0.02 * kSky) << radius;
+  }
 }
 
 TEST_F(GlareTest, SaysThatLampsWithoutSizeAreMissing) {

@@ -98,6 +98,22 @@ TEST(Glare, DimViewsHaveNoSourcesAndPeaksAreTheirOwn) {
   EXPECT_NEAR(with_sun.background, kBackground, 2);
 }
 
+TEST(Glare, OfPixelsWithDetailsThePartAboveTheThresholdIsTheSource) {
+  GlarePicture picture = picture_of(CameraKind::fisheye, {});
+  constexpr std::uint32_t kMiddle = kSide / 2 * kSide + kSide / 2;
+  PixelDetail detail{kMiddle, {}};
+  detail.luminance.fill(kBackground);
+  for (std::size_t i = 0; i < 4; ++i) detail.luminance[i] = 6000;
+  picture.luminance[kMiddle] = (4 * 6000 + 12 * kBackground) / 16;  // less than kGlareThreshold
+  picture.details = {detail};
+  const Glare glare = rate_glare(picture);
+  ASSERT_EQ(glare.sources.size(), 1u);
+  const double pixel = std::pow(M_PI / kSide, 2);
+  EXPECT_NEAR(glare.sources[0].luminance, 6000, 0.1);
+  EXPECT_NEAR(glare.sources[0].solid_angle, pixel / 4, 1e-3 * pixel);
+  EXPECT_NEAR(glare.background, rate_glare(picture_of(CameraKind::fisheye, {})).background, 0.01);
+}
+
 TEST(Glare, SourcesBeginAtFiveTimesTheTask) {
   // A task of mean luminance (20,000 + 200) / 2, half of it a disc at the middle.
   const GlarePicture picture = picture_of(CameraKind::fisheye, {{0, 0, 1}});
