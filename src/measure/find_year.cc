@@ -115,11 +115,6 @@ void check_year_settings(const RenderSettings& asked) {
                 fmt::format("Give {} or more, for two rounds.", kSamplesOfRound + 1));
 }
 
-YearProgress year_part(std::size_t done, std::size_t parts) {
-  const auto all = static_cast<double>(parts), before = static_cast<double>(done) / all;
-  return {before, static_cast<double>(done + 1) / all - before};
-}
-
 namespace {
 
 /// What measures a round of coefficients.
@@ -160,12 +155,13 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
   FoundState out;
   std::uint32_t expected = std::max(end.rounds, 2u);
   const std::uint32_t parts = sunny ? 2 : 1;
+  YearWork work;
   // The light that a Job of the round finds, or nothing.
   const auto run = [&](const YearScene& lit, RenderSettings s, std::uint32_t part,
                        auto&& light_of) -> std::optional<ColorMatrix> {
     s.seed = hash_combine(s.seed, out.rounds);
     Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
-    watch.wait(job, year_part(parts * out.rounds + part, parts * expected + 1));  // one part more: rays to the sun
+    watch.wait(job, work.next(parts * (expected - out.rounds) - part + 1));  // one part more: rays to the sun
     if (job.ending() == Ending::cancelled) return std::nullopt;
     return light_of(job);
   };
@@ -184,8 +180,9 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
     detail(fmt::format("round {}: relative error {:.3g}, {:.1f} s", out.rounds, error, out.seconds));
     if (out.rounds >= 2) expected = end.expected(out.rounds, error, out.seconds);
   }
+  const YearProgress last = work.next(1);
   const auto rays = [&](double share) {
-    if (watch.rays) watch.rays((parts * out.rounds + share) / (parts * out.rounds + 1));
+    if (watch.rays) watch.rays(last.before + last.share * share);
   };
   out.state = {mean.mean(), direct_sun(*sky.tracer, *grid, sensors.size(), model.sky, rays)};
   inform(fmt::format("{} rounds in {:.2f} s, relative error {:.2g}", out.rounds, out.seconds,

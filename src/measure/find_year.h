@@ -57,8 +57,20 @@ void check_year_settings(const RenderSettings& asked);
 struct YearProgress {
   double before = 0, share = 0;  ///< of all work, as far as is known
 };
-/// The part after `done` of `parts` equal ones. Its end, `before + share`, is the `before` of the next, bit for bit.
-YearProgress year_part(std::size_t done, std::size_t parts);
+/// Divides work into parts whose number may change on the way. Progress never goes back.
+class YearWork {
+ public:
+  /// The next part. Its end, `before + share`, is the `before` of the one that follows, bit for bit.
+  /// @param left equal parts that are still expected, this one included
+  YearProgress next(std::size_t left) {
+    const YearProgress part{done_, (1 - done_) / static_cast<double>(left)};
+    done_ = part.before + part.share;
+    return part;
+  }
+
+ private:
+  double done_ = 0;
+};
 
 /// Follows the work of a year.
 struct YearWatch {

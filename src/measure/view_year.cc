@@ -294,12 +294,9 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
     of_suns = std::make_unique<PictureMaker>(YearScene(scene_under_suns(seen, model.suns.places())),
                                              picture_settings(asked, kPhotonsOfSun * places, beside, side, names));
   // One part more for each view: its hours.
-  const std::size_t parts = views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1);
-  std::size_t done = 0;
-  const auto wait_on = [&](Job& job) { watch.wait(job, year_part(done++, parts)); };
-  const auto rated = [&](double of_view) {
-    if (watch.rays) watch.rays((static_cast<double>(done) + of_view) / static_cast<double>(parts));
-  };
+  std::size_t left = views.size() * (kRoundsOfView * (of_suns ? 2 : 1) + 1);
+  YearWork work;
+  const auto wait_on = [&](Job& job) { watch.wait(job, work.next(left--)); };
   for (std::size_t i = 0; i < views.size(); ++i) {
     ViewLight view = view_light(of_sky.tracer(), views[i], side, model);
     for (std::uint32_t round = 0; round < kRoundsOfView; ++round) {
@@ -319,8 +316,11 @@ bool rate_views(const Scene& plain, std::span<const Camera> views, std::uint32_t
       of_sky.forget(round);
       if (of_suns) of_suns->forget(round);
     }
+    const YearProgress part = work.next(left--);
+    const auto rated = [&](double share) {
+      if (watch.rays) watch.rays(part.before + part.share * share);
+    };
     rate_hours(of_sky.tracer(), view, model, hours, rated, out[i]);
-    ++done;
   }
   return true;
 }

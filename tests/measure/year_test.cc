@@ -245,27 +245,49 @@ TEST(FindState, IsUnbiasedBehindSlats) {
   }
 }
 
+/// Finds coefficients; returns the shares of the work that were told to be done.
+std::vector<double> told_shares(const SceneDescription& scene, const Sensors& sensors, bool on_surfaces,
+                                const RenderSettings& asked, std::uint32_t& rounds) {
+  const YearModel model(some_hours(), "", 145, kGround, 60);
+  const Scene plain(scene);
+  std::vector<double> done;
+  const YearWatch watch{[&](Job& job, YearProgress part) {
+                          done.push_back(part.before);
+                          job.wait();
+                          done.push_back(part.before + part.share);
+                        },
+                        [&](double share) { done.push_back(share); }};
+  rounds = find_state(plain, under_sky(plain, model), sensors, on_surfaces, model, asked, watch)->rounds;
+  return done;
+}
+
 /// Nothing is smooth, so the sun has no images. Photons give sensors on surfaces those that it has.
 TEST(FindState, TellsTheEndOfItsWork) {
-  const YearModel model(some_hours(), "", 145, kGround, 60);
   Sensors sensors;
   sensors.add({0.5f, 0, 0.5f}, {0, 1, 0});
-  const Scene plain(ground_alone());
-  const YearScene sky = under_sky(plain, model);
   for (const bool on_surfaces : {true, false}) {
     RenderSettings asked;
-    asked.samples = 4;  // two rounds
-    std::vector<double> done;
-    const YearWatch watch{[&](Job& job, YearProgress part) {
-                            done.push_back(part.before);
-                            job.wait();
-                            done.push_back(part.before + part.share);
-                          },
-                          [&](double share) { done.push_back(share); }};
-    ASSERT_TRUE(find_state(plain, sky, sensors, on_surfaces, model, asked, watch));
+    asked.samples = 4;
+    std::uint32_t rounds = 0;
+    const std::vector<double> done = told_shares(ground_alone(), sensors, on_surfaces, asked, rounds);
+    EXPECT_EQ(rounds, 2u);
     EXPECT_TRUE(std::is_sorted(done.begin(), done.end())) << on_surfaces;
     EXPECT_EQ(done.back(), 1) << on_surfaces;
   }
+}
+
+TEST(FindState, ProgressDoesNotGoBackAsMoreRoundsAreFoundToBeNeeded) {
+  Sensors sensors;
+  sensors.add({0.5f, 0.5f, 0.5f}, {0, 1, 0});
+  RenderSettings asked;
+  asked.noise_target = 0.2;
+  asked.photons = 2000;
+  asked.gather = 16;
+  std::uint32_t rounds = 0;
+  const std::vector<double> done = told_shares(box_behind_slats(), sensors, false, asked, rounds);
+  EXPECT_GT(rounds, 2u);
+  EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  EXPECT_EQ(done.back(), 1);
 }
 
 TEST(CoefficientMean, KnowsTheSpreadOfItsParts) {
