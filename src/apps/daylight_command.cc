@@ -297,8 +297,9 @@ constexpr const char* kDaylightFooter = R"help(
 Sky and sun of every hour follow the weather file by Perez (1990, 1993); the hour's sun
 stands in the middle of the time that it is up. Light of the sky comes by daylight
 coefficients of its patches; direct sunlight by rays towards the actual sun; reflected
-sunlight is interpolated between sun positions --sun-step degrees apart. Illuminance is
-in lx by 179 lm/W of visible light.
+sunlight is interpolated between sun positions --sun-step degrees apart: smaller steps
+are closer for sensors beside a patch of sun. Illuminance is in lx by 179 lm/W of visible
+light.
 Radiance's gendaymtx spreads the sun over four patches and takes the middle of each
 patch; here patches have their mean radiance and the sun is apart. --write-matrix and
 --write-sky files suit dctimestep; their product lacks the sun.
