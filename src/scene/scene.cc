@@ -314,6 +314,9 @@ void Scene::find_repeated() {
   if (const auto count = std::count(repeated.begin(), repeated.end(), true); count > 0)
     d_.notes.push_back(fmt::format("{} triangles repeat others in the same place; rays meet the first of each", count));
   repeated_ = std::make_shared<const std::vector<bool>>(std::move(repeated));
+  const std::vector<bool> instances = repeated_instances(*geometry_, material_has_alpha_);
+  if (const auto count = std::count(instances.begin(), instances.end(), true); count > 0)
+    d_.notes.push_back(fmt::format("{} instances repeat others in the same place; rays meet the first of each", count));
 }
 
 void Scene::find_light_sources() {

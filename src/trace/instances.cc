@@ -16,7 +16,7 @@ namespace {
 void bound_instance(const RTCBoundsFunctionArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
   RTCBounds& out = *args->bounds_o;
-  if (self.repeated_instances[args->primID]) {
+  if (!self.repeated.empty() && self.repeated[args->primID]) {
     // Embree leaves out what has an empty box.
     out = {HUGE_VALF, HUGE_VALF, HUGE_VALF, 0, -HUGE_VALF, -HUGE_VALF, -HUGE_VALF, 0};
     return;

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <cstring>
 #include <new>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "core/error.h"
+#include "scene/repeated_triangles.h"
 #include "scene/surface.h"
 #include "trace/instruction_set.h"
 
@@ -297,28 +296,10 @@ void Tracer::Implementation::build_meshes() {
   if (is_new && !g.instances.empty()) add_instances();
 }
 
-void Tracer::Implementation::find_repeated_instances() {
-  const Geometry& g = *geometry;
-  const auto key = [&](std::uint32_t i) {
-    const Transform& m = g.instances[i].to_world;
-    const auto bits = [](Vec3 v) { return std::tuple(v.x, v.y, v.z); };
-    return std::tuple(g.instances[i].mesh, bits(m.translation), bits(m.x), bits(m.y), bits(m.z));
-  };
-  std::vector<std::uint32_t> order(g.instances.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  repeated_instances.assign(order.size(), false);
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    const std::vector<std::uint32_t>& materials = g.meshes[g.instances[order[i]].mesh]->material;
-    // Layers with holes add up.
-    repeated_instances[order[i]] =
-        key(order[i - 1]) == key(order[i]) &&
-        std::none_of(materials.begin(), materials.end(), [&](std::uint32_t m) { return scene->has_alpha(m); });
-  }
-}
-
 void Tracer::Implementation::add_instances() {
-  find_repeated_instances();
+  std::vector<bool> ignored(scene->materials().size());
+  for (std::uint32_t m = 0; m < ignored.size(); ++m) ignored[m] = scene->has_alpha(m);
+  repeated = repeated_instances(*geometry, ignored);
   RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   throw_on_error(device, "take the instances");
   rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(geometry->instances.size()));

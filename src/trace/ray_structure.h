@@ -41,7 +41,7 @@ struct Tracer::Implementation {
   bool attached[kGeometries] = {};
   bool one_list = false;
   std::vector<TracedMesh> meshes;
-  std::vector<bool> repeated_instances;  ///< whether an earlier one has the same mesh and place; no ray meets it
+  std::vector<bool> repeated;  ///< repeated_instances() of the scene, which no ray meets
   LampsInPlanes lamps;
   TieRule ties = TieRule::structure;
   bool hidden = false;  ///< cameras do not see some surfaces (Material::single_sided, unseen)
@@ -79,7 +79,6 @@ struct Tracer::Implementation {
   RTCGeometry new_triangles(const Geometry& mesh, const TriangleList& list, bool own_vertices) const;
   void attach(RTCScene to, RTCGeometry shape, unsigned id);
   void build_meshes();
-  void find_repeated_instances();
   void add_instances();
   void place_vertices(Vec3* vertices, const TriangleList& list) const;
 };

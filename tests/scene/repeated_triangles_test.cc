@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "scene/scene_parts.h"
 
@@ -48,6 +49,24 @@ TEST(RepeatedTriangles, AreFoundAmongMany) {
   const std::vector<bool> repeated = repeated_triangles(g, {false});
   EXPECT_EQ(std::count(repeated.begin(), repeated.begin() + kMany, true), 0);
   EXPECT_EQ(std::count(repeated.begin() + kMany, repeated.end(), true), kMany);
+}
+
+TEST(RepeatedInstances, HaveTheSameMeshInTheSamePlace) {
+  Geometry g, mesh;
+  add_triangle(mesh, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  g.meshes = {std::make_shared<const Geometry>(mesh), std::make_shared<const Geometry>(mesh)};
+  const auto place = [&](std::uint32_t of, Vec3 at, float scale = 1) {
+    g.instances.push_back({{{scale, 0, 0}, {0, 1, 0}, {0, 0, 1}, at}, of});
+  };
+  place(0, {1, 0, 0});
+  place(0, {2, 0, 0});
+  EXPECT_TRUE(repeated_instances(g, {false}).empty());
+  place(0, {1, -0.0f, 0});
+  place(1, {1, 0, 0});
+  place(0, {1, 0, 0}, 2);
+  place(0, {2, 0, 0});
+  EXPECT_THAT(repeated_instances(g, {false}), testing::ElementsAre(false, false, true, false, false, true));
+  EXPECT_TRUE(repeated_instances(g, {true}).empty());
 }
 
 TEST(RepeatedTriangles, DoNotEmit) {
