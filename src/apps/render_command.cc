@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <utility>
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
@@ -52,6 +53,7 @@ void check_sequence(RenderOptions& o) {
 void resolve_options(RenderOptions& o) {
   RenderSettings& s = o.settings;
   s = o.table.settings;
+  if (o.sequence.is_given()) o.sequence.part = std::exchange(s.part, {});
   if (s.memory_bytes == 0) s.memory_bytes = default_memory_bytes() / static_cast<std::uint64_t>(launched_here());
   if (o.picture.illuminance) add_layers_of_illuminance(s.aovs);
   s.separate_layers = !s.aovs.empty();

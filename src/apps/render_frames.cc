@@ -114,8 +114,11 @@ bool divide_until_interrupt(SharedWork& sharers, const char* name, std::size_t c
   }
 }
 
-/// Light of frames by their numbers.
-using FrameLights = std::map<std::uint32_t, std::shared_ptr<const FrameLight>>;
+/// The first frame whose light counts in the noise of a frame. Every (--reuse + 1)-th frame reaches --noise by its own
+/// light: the bits of a frame would otherwise depend on all before.
+std::uint32_t first_tested(const RenderOptions& o, std::uint32_t number) {
+  return o.settings.noise_target > 0 ? number - number % (o.sequence.reuse + 1) : number;
+}
 
 /// Renders frames, or one picture with motion blur. Those in the same light share their photons and guides.
 class FrameRenderer {
@@ -165,7 +168,10 @@ class FrameRenderer {
       }
       const auto place = std::find(all.begin(), all.end(), number) - all.begin();
       inform(fmt::format("frame {} ({} of {})", number, place + 1, all.size()));
-      int status = find_earlier_light(frame, number);
+      const std::uint32_t first = number - std::min(number, o.sequence.reuse);
+      std::erase_if(lights_,
+                    [&](const auto& light) { return light.first < first_tested(o, first) || light.first >= number; });
+      int status = find_earlier_light(frame, number, first);
       if (status == 0) status = render_frame(frame, number);
       if (status != 0) return status;
       if (o.sequence.reuse > 0) lights_[number] = kept_.light;
@@ -318,21 +324,26 @@ class FrameRenderer {
   }
 
   /// Finds the light that a frame uses again, and renders what is missing of it.
-  /// @param o of the frame
-  int find_earlier_light(RenderOptions& o, std::uint32_t number) {
-    const std::uint32_t first = number - std::min(number, o.sequence.reuse);
-    std::erase_if(lights_, [&](const auto& entry) { return entry.first < first || entry.first >= number; });
-    std::vector<std::shared_ptr<const FrameLight>> earlier;
+  /// @param o of the frame @param first frame to use
+  int find_earlier_light(RenderOptions& o, std::uint32_t number, std::uint32_t first) {
+    o.earlier.clear();
+    o.tested = 0;
     for (std::uint32_t before = first; before < number; ++before) {
       if (!sequence_.shares_light(number, before)) continue;
-      if (!lights_.contains(before)) {
-        detail(fmt::format("frame {} is rendered for its light", before));
-        if (const int status = render_moments(o, before, Purpose::light); status != 0) return status;
-        lights_[before] = kept_.light;
-      }
-      earlier.push_back(lights_[before]);
+      if (const int status = make_light(o, before); status != 0) return status;
+      o.earlier.push_back(lights_[before]);
+      if (before >= first_tested(o, number)) ++o.tested;
     }
-    o.earlier = std::move(earlier);
+    return 0;
+  }
+
+  /// Renders the light of a frame, unless it is there.
+  int make_light(RenderOptions o, std::uint32_t number) {
+    if (lights_.contains(number)) return 0;
+    if (const int status = find_earlier_light(o, number, first_tested(o, number)); status != 0) return status;
+    detail(fmt::format("frame {} is rendered for its light", number));
+    if (const int status = render_moments(o, number, Purpose::light); status != 0) return status;
+    lights_[number] = kept_.light;
     return 0;
   }
 
@@ -343,7 +354,7 @@ class FrameRenderer {
   bool helps_;    // another rank has the pictures
   int rank_count_;
   Kept kept_;
-  FrameLights lights_;
+  std::map<std::uint32_t, std::shared_ptr<const FrameLight>> lights_;  // of frames by their numbers
 };
 
 /// Divides work among ranks, if there are some. Returns the exit status, which is rank 0's alone to tell.
@@ -425,7 +436,7 @@ int render_blurred(const RenderOptions& o, const Opened& opened, Sequence& seque
 int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, TevStream& tev,
                     const std::shared_ptr<SceneMotion>& motion, const std::shared_ptr<Ranks>& ranks) {
   Sequence sequence = sequence_of(o, opened, motion);
-  const SampleShare part = std::exchange(o.settings.part, {});
+  const SampleShare part = o.sequence.part;
   std::vector<std::uint32_t> numbers = sequence.numbers();
   if (!part.is_all()) numbers = share_of(numbers, part.index - 1, part.count, o.sequence.reuse > 0);
   const bool helps = ranks && ranks->rank() > 0;
@@ -437,8 +448,9 @@ int render_sequence(RenderOptions& o, const Opened& opened, OutputFiles& files, 
                                    [](const Output& output) { return output.format == OutputFormat::png; });
   if (any_png && !o.picture.exposure) o.picture.exposure = sequence.exposure(o.settings);
   if (o.sequence.reuse > 0 && !numbers.empty()) {
-    // One more for the frame itself.
-    const std::uint64_t frames = std::min(o.sequence.reuse, numbers.back()) + 1;
+    // One more for the frame itself, and with --noise those by which frames before were tested.
+    const std::uint64_t before = std::uint64_t{o.sequence.reuse} * (o.settings.noise_target > 0 ? 2 : 1);
+    const std::uint64_t frames = std::min<std::uint64_t>(before, numbers.back()) + 1;
     const std::size_t pixels = resolve(o.settings, *opened.scene).bounds.pixel_count();
     set_aside(o.settings, frames * kFrameLightBytes * pixels, "the light of --reuse");
   }

@@ -30,8 +30,9 @@ struct RenderOptions {
   ReportOptions report;
   TableOptions table;
   SceneOptions changes;
-  RenderSettings settings;                                 ///< settings of the table, with the memory available
-  std::vector<std::shared_ptr<const FrameLight>> earlier;  ///< frames whose light a frame uses again
+  RenderSettings settings;       ///< settings of the table, with the memory available
+  FrameLights earlier;           ///< frames whose light a frame uses again
+  std::size_t tested = 0;        ///< number of these, the last ones, whose light counts in the test of --noise
   std::optional<RenderKey> key;  ///< of a picture with motion blur, which several jobs with keys of their own render
 };
 

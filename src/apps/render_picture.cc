@@ -170,8 +170,9 @@ int render_picture(const RenderOptions& o, const Opened& opened, OutputFiles& fi
   const auto rehearsal = [&o](const Film& film, const Job& job) { rehearse_images(o, film, job); };
   const std::shared_ptr<const Statistics> learning = kept ? std::exchange(kept->learning, nullptr) : nullptr;
   const double spent_s = learning ? learning->seconds(Phase::total) : 0;
-  Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {spent_s, rehearsal}, nullptr,
-          ranks, kept ? kept->maps : nullptr);
+  const FrameLights tested(o.earlier.end() - static_cast<std::ptrdiff_t>(o.tested), o.earlier.end());
+  Job job(opened.scene, opened.tracer, o.settings, checkpoint ? &*checkpoint : nullptr, {spent_s, rehearsal, 1, tested},
+          nullptr, ranks, kept ? kept->maps : nullptr);
   checkpoint.reset();
   if (helps) {
     help_rank_0(job);

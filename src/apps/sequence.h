@@ -23,6 +23,7 @@ struct SequenceOptions {
   std::string frames, script, shutter;
   std::uint32_t turntable = 0, reuse = 0;
   double frames_per_second = 24;
+  SampleShare part;  ///< of the frames
 
   bool is_given() const { return !frames.empty() || !script.empty() || turntable > 0; }
   /// Throws CommandLineError if the options do not make a sequence.

@@ -57,6 +57,10 @@ struct Square {
   std::uint32_t samples = 0;  ///< of the pixel with the fewest
   double error = 0;           ///< its part of the sum in relative_error()
   double of_one_sample = 0;   ///< the same if each pixel had one sample
+  double earlier = 0;         ///< sum of FilmPicture::earlier
+
+  /// Samples of a pixel that the error tells of.
+  double all_samples() const { return samples + earlier / pixels; }
 };
 
 std::vector<Square> measure(const Film& film, const FilmPicture& picture, const Squares& squares) {
@@ -73,8 +77,10 @@ std::vector<Square> measure(const Film& film, const FilmPicture& picture, const 
         for (int x = part.x0; x < part.x1; ++x) {
           const std::size_t pixel = film.pixel_at(x, y);
           const double error = relative_variance(picture, pixel, level);
+          const double earlier = picture.earlier.empty() ? 0 : picture.earlier[pixel];
           square.error += error;
-          square.of_one_sample += error * film.sample_count(pixel);
+          square.of_one_sample += error * (film.sample_count(pixel) + earlier);
+          square.earlier += earlier;
         }
     }
   return out;
@@ -120,8 +126,8 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
       // Squares with less than a quarter of the mean number of samples are always chosen.
       const bool is_behind = n < 0.25 * done / pixels;
       behind += is_behind;
-      candidates.push_back({squares.index(column, row), is_behind ? std::numeric_limits<double>::infinity()
-                                                                  : error_around(all, squares, column, row) / (n * n)});
+      const double now = square.all_samples(), gain = error_around(all, squares, column, row) / (now * (now + n));
+      candidates.push_back({squares.index(column, row), is_behind ? std::numeric_limits<double>::infinity() : gain});
     }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.gain > b.gain; });
@@ -135,7 +141,7 @@ SquareSamples next_round(const Film& film, const FilmPicture& picture, double ta
     const Square& square = all[candidates[i].square];
     wanted[candidates[i].square] = std::min(2 * square.samples, most);
     cost += static_cast<double>(square.samples) * square.pixels;
-    error -= square.error / 2;
+    error -= square.error * square.samples / (square.all_samples() + square.samples);
   }
   return wanted;
 }

@@ -111,7 +111,7 @@ Film film_of(const RenderSettings& s, std::uint32_t batches, const DiskMemory* d
 }  // namespace
 
 Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-         const Checkpoint* resume, JobTime time, std::shared_ptr<const PointGrid> points, std::shared_ptr<Ranks> ranks,
+         const Checkpoint* resume, JobEnd end, std::shared_ptr<const PointGrid> points, std::shared_ptr<Ranks> ranks,
          std::shared_ptr<JobMaps> maps)
     : scene_(std::move(scene)),
       tracer_(std::move(tracer)),
@@ -129,12 +129,13 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
       film_memory_(array_budget(), "film", film_bytes(settings_, batches(), helps(ranks))),
       film_(film_of(settings_, batches(), disk_.get(), helps(ranks))),
       start_(std::chrono::steady_clock::now()),
-      job_time_(std::move(time)),
-      time_(settings_.time_limit_s, job_time_.spent_s, [this] { return seconds(); }),
+      job_end_(std::move(end)),
+      time_(settings_.time_limit_s, job_end_.spent_s, [this] { return seconds(); }),
       owns_maps_(!maps),
       made_(maps ? std::move(maps) : std::make_shared<JobMaps>(array_budget())),
       ranks_(std::move(ranks)) {
   for (const std::string& name : settings_.guide_cameras) guide_cameras_.push_back(&scene_->camera(name));
+  if (!job_end_.earlier.empty()) earlier_.emplace(frame_view(), std::move(job_end_.earlier));
   // Photons in media take an index of their own.
   const std::uint64_t arrays = bytes_of(settings_, batches(), false);
   if (settings_.scene_moves && !settings_.progressive && !disk_ && arrays < settings_.memory_bytes)
@@ -247,6 +248,11 @@ std::uint64_t Job::samples_not_finite() const {
   return film_.not_finite();
 }
 
+FrameView Job::frame_view() const {
+  const RenderSettings s = settings();
+  return {scene_->camera(s.camera), s.width, s.height, s.bounds};
+}
+
 RenderKey Job::key() const {
   const std::lock_guard lock(key_mutex_);
   if (!key_) {
@@ -310,7 +316,7 @@ bool Job::should_stop(double next_s) {
   if (time_.wants_rehearsal(passes_ > 0)) rehearse();
   if (interrupt_.requested())
     ending_ = Ending::cancelled;
-  else if (passes_ >= job_time_.least_passes && time_.is_up(next_s))
+  else if (passes_ >= job_end_.least_passes && time_.is_up(next_s))
     ending_ = Ending::time_up;
   return ending_ != Ending::running;
 }
@@ -323,9 +329,8 @@ void Job::rehearse() {
     const std::lock_guard lock(film_mutex_);
     return film_.sketch_of_rows(rows.y0, rows.y1);
   }();
-  time_.rehearse(passes_ > 0, 1.0 * rows.height() / settings_.bounds.height(), [&] {
-    job_time_.rehearsal ? job_time_.rehearsal(part, *this) : void(shown_picture(part, settings_));
-  });
+  time_.rehearse(passes_ > 0, 1.0 * rows.height() / settings_.bounds.height(),
+                 [&] { job_end_.rehearsal ? job_end_.rehearsal(part, *this) : void(shown_picture(part, settings_)); });
 }
 
 double Job::noise_of_samples() const { return noise_left_to_samples(settings_.noise_target, photon_variance_); }
@@ -348,7 +353,7 @@ bool Job::reached_noise_target() {
   if (!(settings_.noise_target > 0) || !tests_noise_after(passes_, filters(settings_)) || !knows_noise()) return false;
   const PhaseTimer timer(statistics_, Phase::filter);
   const DiskMemory::Scope scope(disk_.get());
-  if (relative_error(shown_picture(film_, settings_)) > noise_of_samples()) return false;
+  if (relative_error(measured_picture()) > noise_of_samples()) return false;
   ending_ = Ending::noise_reached;
   return true;
 }
@@ -442,7 +447,7 @@ SquareSamples Job::choose_round(double& choice_s, WorkShare& share) {
   if (choice_s > 0.25 * time_.left_s()) {
     next = even_round(film_, most);
   } else {
-    const FilmPicture seen = shown_picture(film_, settings_);
+    const FilmPicture seen = measured_picture();
     const double error = relative_error(seen);
     if (target > 0 && error <= target && knows_noise()) {
       ending_ = Ending::noise_reached;

@@ -19,7 +19,9 @@
 #include "core/memory_budget.h"
 #include "core/statistics.h"
 #include "film/checkpoint.h"
+#include "film/earlier_frames.h"
 #include "film/film.h"
+#include "film/filtered.h"
 #include "glowworm/statistics.h"
 #include "maps/pass.h"
 #include "maps/photon_guiding.h"
@@ -77,8 +79,8 @@ struct JobMaps : JobGuides {
 
 class Job;
 
-/// How a job uses its time limit.
-struct JobTime {
+/// What a job's end depends on beside its settings.
+struct JobEnd {
   /// Does with a part of the film what the caller does with all of it after the job, without leaving files. The job
   /// measures how long it takes.
   using Rehearsal = std::function<void(const Film&, const Job&)>;
@@ -86,9 +88,10 @@ struct JobTime {
   double spent_s = 0;              ///< seconds of the limit already used
   Rehearsal rehearsal;             ///< called by the render's thread; null: the filter alone is measured
   std::uint32_t least_passes = 1;  ///< passes that are finished, however long they take
+  FrameLights earlier;             ///< frames of a sequence whose light counts where the noise is measured
 
-  JobTime(double spent_s = 0, Rehearsal rehearsal = nullptr, std::uint32_t least_passes = 1)
-      : spent_s(spent_s), rehearsal(std::move(rehearsal)), least_passes(least_passes) {}
+  JobEnd(double spent_s = 0, Rehearsal rehearsal = nullptr, std::uint32_t least_passes = 1, FrameLights earlier = {})
+      : spent_s(spent_s), rehearsal(std::move(rehearsal)), least_passes(least_passes), earlier(std::move(earlier)) {}
 };
 
 /// A render in its own thread (its parallel loops use all threads). Every pass renders one camera sample of every
@@ -105,7 +108,7 @@ class Job {
   /// their bounds, or but for the camera and the frame of a sequence (RenderSettings::guide_cameras); over another
   /// moment of the scene after JobMaps::change_scene(); null: new ones
   Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> tracer, const RenderSettings& asked,
-      const Checkpoint* resume = nullptr, JobTime time = {}, std::shared_ptr<const PointGrid> points = nullptr,
+      const Checkpoint* resume = nullptr, JobEnd end = {}, std::shared_ptr<const PointGrid> points = nullptr,
       std::shared_ptr<Ranks> ranks = nullptr, std::shared_ptr<JobMaps> maps = nullptr);
   ~Job();  ///< cancels and waits
   Job(const Job&) = delete;
@@ -160,6 +163,8 @@ class Job {
   bool has_more_photons() const { return has_more_photons_; }
   /// PictureInfo::photon_variance; 0 before the photons are traced.
   double photon_variance() const { return photon_variance_; }
+  /// What the camera sees of the picture.
+  FrameView frame_view() const;
   /// For the next Job.
   std::shared_ptr<JobMaps> maps() const { return made_; }
   /// The same for a Job of the next slice of time, which adds its samples to this one's.
@@ -255,6 +260,8 @@ class Job {
   /// Whether samples tell the noise of points well enough to stop by it.
   bool knows_noise() const;
   bool reached_noise_target();
+  /// The picture whose noise is measured.
+  FilmPicture measured_picture() const { return shown_picture(film_, settings_, earlier_ ? &*earlier_ : nullptr); }
   /// The relative error of the film at which the render ends; 0: none.
   double noise_of_samples() const;
 
@@ -262,7 +269,8 @@ class Job {
   std::shared_ptr<const Tracer> tracer_;
   std::shared_ptr<const PointGrid> points_;
   std::vector<const Camera*> guide_cameras_;  // empty: the camera alone
-  RenderSettings settings_;                   // only the render's thread writes, with the mutex
+  std::optional<EarlierFrames> earlier_;
+  RenderSettings settings_;  // only the render's thread writes, with the mutex
   mutable std::mutex settings_mutex_;
   AutomaticNumbers automatic_;                       // none of a render that continues from a checkpoint
   std::shared_ptr<const LightGroups> light_groups_;  // null: not kept apart
@@ -282,7 +290,7 @@ class Job {
   mutable std::optional<RenderKey> key_;
   std::vector<LightPhotons> light_photons_, earlier_lights_;
   std::chrono::steady_clock::time_point start_;
-  JobTime job_time_;
+  JobEnd job_end_;
   TimeLimit time_;
   std::atomic<double> end_seconds_{0};
   double task_seconds_ = 0, photon_seconds_ = 0;  // of the last task, and the last pass of photons

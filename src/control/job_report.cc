@@ -120,11 +120,14 @@ PictureInfo picture_info(const Job& job) {
 }
 
 FrameView frame_view(const Film& film, const Job& job) {
-  const RenderSettings settings = job.settings();
-  return {job.scene().camera(settings.camera), settings.width, settings.height, film.bounds()};
+  FrameView view = job.frame_view();
+  view.bounds = film.bounds();
+  return view;
 }
 
-FrameLight frame_light(const Job& job) { return light_of_frame(job.film(), frame_view(job.film(), job)); }
+FrameLight frame_light(const Job& job) {
+  return light_of_frame(job.film(), frame_view(job.film(), job), job.settings().indirect_only);
+}
 
 Image make_image(const Film& film, const Job& job) { return make_image(film, picture_info(job)); }
 

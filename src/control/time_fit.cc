@@ -110,7 +110,7 @@ double Job::measure_slot() {
 void Job::fit_to_time() {
   if (!time_.is_set()) return;
   rehearse();
-  if (!may_need_fitting(settings_, automatic_, time_.left_s() / job_time_.least_passes)) return;
+  if (!may_need_fitting(settings_, automatic_, time_.left_s() / job_end_.least_passes)) return;
   const CancellationScope scope(interrupt_);
   const double start = seconds();
   is_mapping_ = true;
@@ -127,9 +127,8 @@ void Job::fit_to_time() {
   made_->fixed_radius = 0;
   const double again_s = guiding_paths(few) == guiding_paths(settings_) ? 0 : guided - start;
   // Fewer photons and gather rays than fit into a tenth of the time would spoil the picture.
-  const RenderSettings fitted =
-      fitted_settings(settings_, automatic_, cost,
-                      std::max((time_.left_s() - again_s) / job_time_.least_passes, 0.1 * time_.whole_s()));
+  const RenderSettings fitted = fitted_settings(
+      settings_, automatic_, cost, std::max((time_.left_s() - again_s) / job_end_.least_passes, 0.1 * time_.whole_s()));
   if (guiding_paths(few) != guiding_paths(fitted)) {
     made_->guide.reset();
     made_->importance.reset();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "core/parallel.h"
 #include "kernels/light_window.h"
@@ -88,42 +90,104 @@ std::vector<float> quiet_variance(const LightEstimate& estimate, const FilterGui
   return out;
 }
 
+/// The mean of a pixel's samples and of others.
+class SampleMean {
+ public:
+  SampleMean(const LightEstimate& own, std::size_t pixel) { add(own, pixel); }
+  void add(const LightEstimate& other, std::size_t pixel) {
+    const auto more = static_cast<float>(other.samples[pixel]);
+    light_ += other.light[pixel] * more;
+    level_ += other.level[pixel] * more;
+    variance_ += other.variance[pixel] * more * more;
+    samples_ += other.samples[pixel];
+  }
+  void put(LightEstimate& estimate, std::size_t pixel) const {
+    const auto samples = static_cast<float>(samples_);
+    estimate.light[pixel] = light_ / samples;
+    estimate.level[pixel] = level_ / samples;
+    estimate.variance[pixel] = variance_ / (samples * samples);
+    estimate.samples[pixel] = samples_;
+  }
+
+ private:
+  RGB light_;
+  float level_ = 0, variance_ = 0;
+  std::uint32_t samples_ = 0;
+};
+
+/// The pixel of a frame that shows the same place of a surface in the same light; nothing if none does.
+/// @param own with quiet_variance()
+std::optional<std::size_t> same_place(const LightEstimate& own, const Pixels& pixels, int x, int y,
+                                      const FrameLight& frame, const LightEstimate& other) {
+  const Pixels others(frame.view, frame.guides);
+  int u = 0, v = 0;
+  const Projection found = others.find(pixels.place(x, y), u, v);
+  if (!(found.depth > 0) || !others.has(u, v)) return std::nullopt;
+  // The place may lie a hundredth of its distance beside the one found again, beside the slope of the surface.
+  const bool same = length_squared(others.normal(u, v) - pixels.normal(x, y)) <= kNormalDifference &&
+                    std::abs(others.depth(u, v) - found.depth) <= 0.01f * found.depth + pixels.slope(x, y);
+  if (!same || !same_light(own, pixels, x, y, other, others, u, v)) return std::nullopt;
+  return others.at(u, v);
+}
+
 }  // namespace
+
+FrameLights EarlierFrames::of_same_view() const {
+  FrameLights out;
+  std::copy_if(frames.begin(), frames.end(), std::back_inserter(out), [&](const auto& frame) {
+    return same_view(frame->view.camera, view.camera) && frame->view.bounds == view.bounds;
+  });
+  return out;
+}
+
+void add_same_view(const FrameLights& same_view, LightEstimate FrameLight::*layer, LightEstimate& estimate) {
+  if (same_view.empty()) return;
+  parallel_for_each(estimate.samples.size(), 4096, [&](std::size_t i) {
+    if (estimate.samples[i] == 0) return;
+    SampleMean mean(estimate, i);
+    for (const std::shared_ptr<const FrameLight>& frame : same_view) mean.add((*frame).*layer, i);
+    mean.put(estimate, i);
+  });
+}
+
+PixelSurface with_same_view(const FrameLights& same_view, std::size_t pixel, PixelSurface own, std::uint32_t& samples) {
+  PixelSurface sum = {};
+  std::uint32_t all = 0;
+  const auto add = [&](const PixelSurface& other, std::uint32_t count) {
+    const auto n = static_cast<float>(count);
+    sum.albedo += other.albedo * n;
+    sum.shown += other.shown * n;
+    sum.caustic += other.caustic * n;
+    sum.emitted += other.emitted * n;
+    sum.variance += other.variance * n * n;
+    all += count;
+  };
+  if (same_view.empty() || samples == 0) return own;
+  add(own, samples);
+  for (const std::shared_ptr<const FrameLight>& frame : same_view)
+    add(frame->surfaces[pixel], frame->direct.samples[pixel]);
+  samples = all;
+  const auto n = static_cast<float>(all);
+  return {sum.albedo / n, sum.shown / n, sum.caustic / n, sum.emitted / n, sum.variance / (n * n)};
+}
 
 void add_earlier_samples(const EarlierFrames& earlier, const FilterGuides& guides, LightEstimate FrameLight::*layer,
                          LightEstimate& estimate) {
   LightEstimate own = estimate;
   own.variance = quiet_variance(estimate, guides);
   const Pixels pixels(earlier.view, guides);
+  const FrameLights same = earlier.of_same_view();
+  add_same_view(same, layer, estimate);
   const auto add_to = [&](int x, int y) {
     const std::size_t i = pixels.at(x, y);
     if (!std::isfinite(pixels.depth(x, y)) || own.samples[i] == 0) return;
-    const Vec3 place = pixels.place(x, y), normal = pixels.normal(x, y);
-    const float slope = pixels.slope(x, y);
-    float samples = static_cast<float>(own.samples[i]);
-    RGB light = own.light[i] * samples;
-    float level = own.level[i] * samples, variance = estimate.variance[i] * samples * samples;
+    SampleMean mean(estimate, i);
     for (const std::shared_ptr<const FrameLight>& frame : earlier.frames) {
-      const Pixels others(frame->view, frame->guides);
-      int u = 0, v = 0;
-      const Projection found = others.find(place, u, v);
-      if (!(found.depth > 0) || !others.has(u, v)) continue;
-      // The place may lie a hundredth of its distance beside the one found again, beside the slope of the surface.
-      const bool same_place = length_squared(others.normal(u, v) - normal) <= kNormalDifference &&
-                              std::abs(others.depth(u, v) - found.depth) <= 0.01f * found.depth + slope;
+      if (std::find(same.begin(), same.end(), frame) != same.end()) continue;
       const LightEstimate& other = (*frame).*layer;
-      if (!same_place || !same_light(own, pixels, x, y, other, others, u, v)) continue;
-      const std::size_t j = others.at(u, v);
-      const auto more = static_cast<float>(other.samples[j]);
-      light += other.light[j] * more;
-      level += other.level[j] * more;
-      variance += other.variance[j] * more * more;
-      samples += more;
-      estimate.samples[i] += other.samples[j];
+      if (const std::optional<std::size_t> j = same_place(own, pixels, x, y, *frame, other)) mean.add(other, *j);
     }
-    estimate.light[i] = light / samples;
-    estimate.level[i] = level / samples;
-    estimate.variance[i] = variance / (samples * samples);
+    mean.put(estimate, i);
   };
   parallel_for_each(static_cast<std::size_t>(guides.height), 4, [&](std::size_t y) {
     for (int x = 0; x < guides.width; ++x) add_to(x, static_cast<int>(y));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <utility>
 
 #include "core/parallel.h"
 #include "filter/edge_filter.h"
@@ -91,17 +93,6 @@ EdgePicture edges_of(const Film& film) {
   return out;
 }
 
-/// Adds caustic light and emission to a picture of direct and indirect light, and scales reflected light to the albedo
-/// of the surface samples.
-void add_surfaces(const Film& film, bool indirect_only, FilmPicture& picture) {
-  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
-    RGB& pixel = picture.radiance[i];
-    if (!indirect_only) pixel += film.mean(Layer::caustic, i);
-    pixel = pixel / shading_albedo(film, i) * shading_albedo(film, i, Layer::surface_albedo);
-    if (!indirect_only) pixel += film.mean(Layer::surface_emitted, i);
-  });
-}
-
 /// Variance of the luminance of a pixel's mean without direct and indirect light, as at edges of surfaces.
 /// Surface samples reduce it. A light that a pixel sees counts as one of even radiance that a share of the samples
 /// meet. To be multiplied by gain_of_strata().
@@ -125,52 +116,124 @@ float gain_of_strata(const Film& film, std::size_t pixel) {
   return is_black(film.mean(Layer::caustic, pixel)) ? of_two : std::sqrt(of_two);
 }
 
-/// @param edges pixels are beside each other: also filter edges
-FilmPicture filtered_film(const Film& film, bool indirect_only, FilteredRows rows, bool edges,
-                          const EarlierFrames* earlier = nullptr) {
-  FilmPicture out{std::vector<RGB>(film.pixel_count()), std::vector<float>(film.pixel_count()),
-                  edges ? film.width() : 0};
-  std::vector<float> of_light(film.pixel_count()), stratified(film.pixel_count());
-  for (const Layer layer : {Layer::direct, Layer::indirect}) {
-    if (indirect_only && layer == Layer::direct) continue;
-    LightEstimate estimate = estimate_of(film, layer);
-    const std::vector<float> own_variance = earlier ? estimate.variance : std::vector<float>();
-    if (earlier)
-      add_earlier_samples(*earlier, guides_of(film, Layer::indirect),
+/// Variance of the luminance of a pixel's gathered light and of media.
+float variance_of_light(const Film& film, std::size_t pixel, bool indirect_only) {
+  const float albedo = luminance(shading_albedo(film, pixel));
+  float out = film.moments(Layer::indirect, pixel).variance * albedo * albedo;
+  if (indirect_only) return out;
+  out += film.moments(Layer::direct, pixel).variance * albedo * albedo;
+  return film.has_moments_of_media() ? out + film.moments(Layer::medium, pixel).variance : out;
+}
+
+PixelSurface surface_of(const Film& film, std::size_t pixel, bool indirect_only) {
+  PixelSurface out;
+  out.albedo = shading_albedo(film, pixel);
+  out.shown = shading_albedo(film, pixel, Layer::surface_albedo);
+  if (!indirect_only) {
+    out.caustic = film.mean(Layer::caustic, pixel);
+    out.emitted = film.mean(Layer::surface_emitted, pixel);
+  }
+  const float other = std::max(film.variance(pixel) - variance_of_light(film, pixel, indirect_only), 0.0f);
+  out.variance = variance_beside_light(film, pixel, other) * gain_of_strata(film, pixel);
+  return out;
+}
+
+/// Makes the picture of a film with moments.
+class FilmFilter {
+ public:
+  /// @param edges pixels are beside each other: also filter edges
+  FilmFilter(const Film& film, bool indirect_only, FilteredRows rows, bool edges, const EarlierFrames* earlier)
+      : film_(film), indirect_only_(indirect_only), rows_(rows), edges_(edges), earlier_(earlier) {
+    const std::size_t pixels = film.pixel_count();
+    out_ = {std::vector<RGB>(pixels), std::vector<float>(pixels), edges ? film.width() : 0, {}};
+    if (!earlier_) return;
+    same_view_ = earlier_->of_same_view();
+    twice_.resize(pixels);
+  }
+
+  FilmPicture run() {
+    std::vector<float> stratified(film_.pixel_count());
+    if (!indirect_only_) add_gathered(Layer::direct, stratified);
+    add_gathered(Layer::indirect, stratified);
+    if (edges_) filter_edges_by(std::move(stratified));
+    // What varies beside, as at edges of surfaces, stays.
+    parallel_for_each(film_.pixel_count(), 4096, [&](std::size_t i) { add_surface(i); });
+    if (film_.has_moments_of_media() && !indirect_only_) add_media();
+    if (earlier_) count_earlier();
+    return std::move(out_);
+  }
+
+ private:
+  void add_gathered(Layer layer, std::vector<float>& stratified) {
+    LightEstimate estimate = estimate_of(film_, layer);
+    if (earlier_)
+      add_earlier_samples(*earlier_, guides_of(film_, Layer::indirect),
                           layer == Layer::direct ? &FrameLight::direct : &FrameLight::indirect, estimate);
-    const FilteredLight filtered = filter_light(estimate, guides_of(film, layer), rows);
-    parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
-      const RGB albedo = shading_albedo(film, i);
+    const FilteredLight filtered = filter_light(estimate, guides_of(film_, layer), rows_);
+    parallel_for_each(film_.pixel_count(), 4096, [&](std::size_t i) {
+      const RGB albedo = shading_albedo(film_, i);
       const float factor = luminance(albedo) * luminance(albedo);
-      out.radiance[i] += filtered.light[i] * albedo;
-      out.variance[i] += filtered.variance[i] * factor;
-      of_light[i] += (earlier ? own_variance : estimate.variance)[i] * factor;
+      out_.radiance[i] += filtered.light[i] * albedo;
+      add_variance(i, filtered.variance[i] * factor, estimate.samples[i]);
       stratified[i] += filtered.unfiltered[i] * factor;
     });
   }
-  FilteredLight medium;
-  if (film.has_moments_of_media() && !indirect_only) {
-    const LightEstimate estimate = estimate_of(film, Layer::medium);
-    medium = filter_light(estimate, guides_of_media(film), rows);
-    parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) { of_light[i] += estimate.variance[i]; });
+
+  void filter_edges_by(std::vector<float> stratified) {
+    const std::vector<float> before = earlier_ ? out_.variance : std::vector<float>();
+    EdgePicture picture = edges_of(film_);
+    picture.variance = std::move(stratified);
+    filter_edges(picture, out_.radiance, out_.variance);
+    for (std::size_t i = 0; i < before.size(); ++i)
+      if (before[i] > 0) twice_[i] *= out_.variance[i] / before[i];
   }
-  if (edges) {
-    EdgePicture picture = edges_of(film);
-    picture.variance = stratified;
-    filter_edges(picture, out.radiance, out.variance);
+
+  /// Adds caustic light and emission, and scales reflected light to the albedo of the surface samples.
+  void add_surface(std::size_t i) {
+    std::uint32_t samples = film_.sample_count(i);
+    const PixelSurface own = surface_of(film_, i, indirect_only_);
+    const PixelSurface all = with_same_view(same_view_, i, own, samples);
+    RGB& pixel = out_.radiance[i];
+    pixel += all.caustic * (own.albedo / all.albedo);
+    pixel = pixel / own.albedo * all.shown + all.emitted;
+    add_variance(i, all.variance, samples);
   }
-  // What varies beside, as at edges of surfaces, stays.
-  parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
-    const float other = variance_beside_light(film, i, std::max(film.variance(i) - of_light[i], 0.0f));
-    out.variance[i] += other * gain_of_strata(film, i);
-  });
-  add_surfaces(film, indirect_only, out);
-  for (std::size_t i = 0; i < medium.light.size(); ++i) {
-    out.radiance[i] += medium.light[i];
-    out.variance[i] += medium.variance[i];
+
+  void add_media() {
+    LightEstimate estimate = estimate_of(film_, Layer::medium);
+    add_same_view(same_view_, &FrameLight::medium, estimate);
+    const FilteredLight medium = filter_light(estimate, guides_of_media(film_), rows_);
+    for (std::size_t i = 0; i < medium.light.size(); ++i) {
+      out_.radiance[i] += medium.light[i];
+      add_variance(i, medium.variance[i], estimate.samples[i]);
+    }
   }
-  return out;
-}
+
+  /// @param samples that the variance is of, the pixel's own and others
+  void add_variance(std::size_t i, float variance, std::uint32_t samples) {
+    out_.variance[i] += variance;
+    if (!earlier_ || samples == 0) return;
+    const float all = static_cast<float>(samples), own = static_cast<float>(film_.sample_count(i));
+    twice_[i] += variance * all / (all + own);
+  }
+
+  void count_earlier() {
+    out_.earlier.resize(film_.pixel_count());
+    for (std::size_t i = 0; i < out_.earlier.size(); ++i)
+      if (twice_[i] < out_.variance[i])
+        out_.earlier[i] = std::max(
+            static_cast<float>(film_.sample_count(i)) * (twice_[i] / (out_.variance[i] - twice_[i]) - 1), 0.0f);
+  }
+
+  const Film& film_;
+  bool indirect_only_;
+  FilteredRows rows_;
+  bool edges_;
+  const EarlierFrames* earlier_;  // null: none
+  FrameLights same_view_;
+  std::vector<float> twice_;  // variance that twice as many samples of the frame would leave; empty: no earlier frames
+  FilmPicture out_;
+};
 
 /// Mean of 5 x 5 pixels, fewer at borders of the picture.
 double luminance_around(const FilmPicture& picture, std::size_t pixel) {
@@ -223,16 +286,25 @@ FilmPicture shown_picture(const Film& film, const RenderSettings& settings, cons
 }
 
 FilmPicture filtered_picture(const Film& film, bool indirect_only, const EarlierFrames* earlier) {
-  return filtered_film(film, indirect_only, {}, true, earlier);
+  return FilmFilter(film, indirect_only, {}, true, earlier).run();
 }
 
-FrameLight light_of_frame(const Film& film, FrameView view) {
-  return {std::move(view), guides_of(film, Layer::indirect), estimate_of(film, Layer::direct),
-          estimate_of(film, Layer::indirect)};
+FrameLight light_of_frame(const Film& film, FrameView view, bool indirect_only) {
+  FrameLight out{std::move(view),
+                 guides_of(film, Layer::indirect),
+                 estimate_of(film, Layer::direct),
+                 estimate_of(film, Layer::indirect),
+                 {},
+                 {}};
+  if (film.has_moments_of_media()) out.medium = estimate_of(film, Layer::medium);
+  out.surfaces.resize(film.pixel_count());
+  parallel_for_each(film.pixel_count(), 4096,
+                    [&](std::size_t i) { out.surfaces[i] = surface_of(film, i, indirect_only); });
+  return out;
 }
 
 FilmPicture filtered_texels(const Film& film, bool indirect_only, FilteredRows rows) {
-  return filtered_film(film, indirect_only, rows, false);
+  return FilmFilter(film, indirect_only, rows, false, nullptr).run();
 }
 
 }  // namespace glowworm

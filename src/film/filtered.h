@@ -16,6 +16,8 @@ struct FilmPicture {
   std::vector<float> variance;  ///< of its luminance, as an estimate of what infinitely many samples would give; with
                                 ///< squared bias of filters
   int width = 0;                ///< pixels of a row; 0: pixels are not beside each other
+  /// Samples of earlier frames: as many as the variance tells of beside the pixel's own. Empty: none.
+  std::vector<float> earlier = {};
 };
 
 /// The means of all samples.
@@ -32,7 +34,7 @@ FilmPicture filtered_picture(const Film& film, bool indirect_only, const Earlier
 FilmPicture shown_picture(const Film& film, const RenderSettings& settings, const EarlierFrames* earlier = nullptr);
 
 /// What later frames may use of a film with moments. @param view with the film's bounds
-FrameLight light_of_frame(const Film& film, FrameView view);
+FrameLight light_of_frame(const Film& film, FrameView view, bool indirect_only);
 
 /// As filtered_picture(), for a film of texels. It leaves edges as they are: texels beside each other may be of
 /// surfaces far apart.

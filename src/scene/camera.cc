@@ -98,6 +98,13 @@ float half_extent_of(CameraKind kind, float field_of_view_degrees) {
   return kind == CameraKind::hemispherical ? std::sin(std::min(half, kPi / 2)) : half;
 }
 
+bool same_view(const Camera& a, const Camera& b) {
+  const Transform &m = a.to_world, &n = b.to_world;
+  return a.kind == b.kind && m.x == n.x && m.y == n.y && m.z == n.z && m.translation == n.translation &&
+         a.half_extent == b.half_extent && std::equal(std::begin(a.window), std::end(a.window), std::begin(b.window)) &&
+         a.lens_radius == b.lens_radius && a.focal_distance == b.focal_distance;
+}
+
 Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees) {
   const Vec3 towards = target - eye;
   const Vec3 forward = length_squared(towards) > 0 ? normalize(towards) : Vec3{0, 0, -1};

@@ -65,6 +65,9 @@ double solid_angle_density(CameraKind kind, Vec2 plane);
 /// Camera::half_extent of a field of view along the shorter side. @param kind not orthographic
 float half_extent_of(CameraKind kind, float field_of_view_degrees);
 
+/// Whether all rays of two cameras are the same.
+bool same_view(const Camera& a, const Camera& b);
+
 /// A camera at `eye` looking at `target`, with a field of view in degrees along the shorter side.
 Camera look_at(Vec3 eye, Vec3 target, Vec3 up, float field_of_view_degrees);
 

@@ -41,13 +41,6 @@ bool same_picture(const ViewState& a, const ViewState& b) {
          a.secondary_gather == b.secondary_gather;
 }
 
-bool same_view(const Camera& a, const Camera& b) {
-  const Transform &m = a.to_world, &n = b.to_world;
-  return a.kind == b.kind && m.x == n.x && m.y == n.y && m.z == n.z && m.translation == n.translation &&
-         a.half_extent == b.half_extent && std::equal(std::begin(a.window), std::end(a.window), std::begin(b.window)) &&
-         a.lens_radius == b.lens_radius && a.focal_distance == b.focal_distance;
-}
-
 const std::vector<std::string>& view_mode_names() {
   static const std::vector<std::string> names = {"gather", "photons", "albedo", "normal", "density", "radius", "cost"};
   return names;

@@ -60,8 +60,6 @@ bool needs_diagnosis(ViewMode mode);
 
 /// Whether two states show the same light of the same size, but for the camera, the lights, filter and reuse.
 bool same_picture(const ViewState& a, const ViewState& b);
-/// Whether all rays of two cameras are the same.
-bool same_view(const Camera& a, const Camera& b);
 
 /// Names for menus, scripts and the command line; the index is the value of the enumeration.
 const std::vector<std::string>& view_mode_names();

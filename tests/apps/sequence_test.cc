@@ -23,6 +23,17 @@ class SequenceTest : public ProgramTest {
     const Image one = read_image(path(a)), other = read_image(path(b));
     EXPECT_TRUE(one.rgb() == other.rgb()) << a << ", " << b;
   }
+  /// The error that --noise means, of the luminance of a picture.
+  double relative_error(const std::string& picture, const std::string& reference) const {
+    const std::vector<RGB> seen = read_image(path(picture)).rgb(), right = read_image(path(reference)).rgb();
+    double mean = 0, sum = 0;
+    for (const RGB& pixel : right) mean += luminance(pixel) / static_cast<double>(right.size());
+    for (std::size_t i = 0; i < right.size(); ++i) {
+      const double level = luminance(right[i]), off = luminance(seen[i]) - level;
+      sum += off * off / (level * level + 0.01 * mean * mean);
+    }
+    return std::sqrt(sum / static_cast<double>(right.size()));
+  }
   /// A room of 2 m with a lamp, and a board in it that moves 1 m in a second and turns, or else a lamp that does.
   void write_moving_room(const std::string& name, bool lamp_moves) const {
     std::vector<float> numbers = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};  // a square
@@ -206,6 +217,37 @@ TEST_F(SequenceTest, AFrameThatUsesEarlierLightHasTheSameBitsAlone) {
   expect_same_pixels("all3.exr", "part3.exr");
   expect_same_pixels("all0.exr", "plain0.exr");
   EXPECT_FALSE(read_image(path("all3.exr")).rgb() == read_image(path("plain3.exr")).rgb());
+}
+
+/// Frame 2 begins a run that is tested alone, so frame 3 alone needs frames 0 to 2: 1 is shown, and tested with 0.
+TEST_F(SequenceTest, NoiseTestedWithEarlierLightIsTheSameAlone) {
+  const auto made = [&](const std::string& prefix, const std::string& range, std::vector<std::string> more = {}) {
+    more.insert(more.end(),
+                {"--turntable", "400", "--frames", range, "--noise", "8%", "--reuse", "2", "--samples", "1000"});
+    const Outcome outcome = frames(prefix, more);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  };
+  made("all", "0-5");
+  made("own", "4");
+  made("part", "0-5", {"--part", "2/2"});
+  EXPECT_FALSE(fs::exists(path("part2.exr")));
+  expect_same_pixels("all4.exr", "own4.exr");
+  expect_same_pixels("all4.exr", "part4.exr");
+}
+
+TEST_F(SequenceTest, ASecondFrameOfAStillViewTakesAThirdAtMostForTheSameNoise) {
+  write_script(R"({"at": 0, "look": [0, 0]})");
+  const auto made = [&](const std::string& prefix, std::vector<std::string> more) {
+    more.insert(more.end(), {"--script", "moves.json", "--stats", prefix + "#.json"});
+    const Outcome outcome = frames(prefix, more);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  };
+  made("a", {"--frames", "0-1", "--noise", "2%", "--reuse", "2", "--samples", "10000"});
+  made("true", {"--frames", "2", "--samples", "1000"});
+  const auto samples = [&](const std::string& file) { return read_json(file)["mean_samples"].get<double>(); };
+  EXPECT_LT(samples("a1.json"), samples("a0.json") / 3);
+  EXPECT_LT(relative_error("a0.exr", "true2.exr"), 0.02);
+  EXPECT_LT(relative_error("a1.exr", "true2.exr"), 0.02);
 }
 
 TEST_F(SequenceTest, LightIsNotUsedAgainWhereALampMoves) {

@@ -94,6 +94,21 @@ TEST(Adaptive, RoundsEndWhereTheTargetIsPredicted) {
   EXPECT_TRUE(next_round(film, picture, 0, 4).empty());
 }
 
+/// Where earlier frames have as many samples, doubling the frame's own leaves 2 / 3 of the variance.
+TEST(Adaptive, RoundsKnowWhatEarlierFramesHaveDone) {
+  const Film film = black_film({0, 0, 64, 64}, 4);
+  FilmPicture picture = noisy_on_the_left(film);
+  picture.earlier.assign(film.pixel_count(), 4);
+  const double error = relative_error(picture);
+  const auto doubled = [&](double target) {
+    Film next = film;
+    add_black(next, tasks_of_round(next, next_round(next, picture, target, 100)));
+    return next.mean_samples() / 4 - 1;
+  };
+  EXPECT_NEAR(doubled(error * std::sqrt(11.0 / 12)), 0.125, 0.01);
+  EXPECT_NEAR(doubled(error * std::sqrt(5.0 / 6)), 0.25, 0.01);
+}
+
 TEST(Adaptive, WhatASquareFoundDoesNotChooseIt) {
   const Film film = black_film({0, 0, 64, 64}, 4);
   FilmPicture picture{std::vector<RGB>(film.pixel_count(), RGB(1.0f)), std::vector<float>(film.pixel_count(), 1e-6f)};

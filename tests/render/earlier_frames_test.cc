@@ -48,7 +48,7 @@ double error_of(const LightEstimate& estimate, float level) {
 }
 
 EarlierFrames frames_before(const FrameLight& own, int count, float (*level)(Vec3)) {
-  std::vector<std::shared_ptr<const FrameLight>> frames;
+  FrameLights frames;
   for (int i = 1; i <= count; ++i)
     frames.push_back(std::make_shared<const FrameLight>(
         frame_of_wall(-0.02f * static_cast<float>(i), static_cast<std::uint32_t>(i), level)));
@@ -75,6 +75,32 @@ TEST(EarlierFrames, AreNotUsedInOtherLight) {
   EXPECT_NEAR(sum / (kSide * kSide), 2, 0.03);
 }
 
+/// Frames of the same view are further samples of each pixel, whatever these show.
+TEST(EarlierFrames, OfTheSameViewAreFurtherSamples) {
+  FrameLight own = frame_of_wall(0, 0, even);
+  auto before = std::make_shared<FrameLight>(frame_of_wall(0, 1, [](Vec3) { return 4.0f; }));
+  before->direct.samples.assign(before->direct.samples.size(), 12);
+  before->surfaces.assign(kSide * kSide, {RGB(0.5f), RGB(0.6f), RGB(1.0f), RGB(2.0f), 0.5f});
+  const EarlierFrames earlier(own.view, {before});
+  const LightEstimate alone = own.direct;
+  add_earlier_samples(earlier, own.guides, &FrameLight::direct, own.direct);
+  std::uint32_t samples = 4;
+  const PixelSurface surface = with_same_view(earlier.of_same_view(), 7, {RGB(0.1f), RGB(0.2f), {}, {}, 0.5f}, samples);
+  EXPECT_EQ(samples, 16u);
+  EXPECT_FLOAT_EQ(surface.albedo.r, 0.4f);
+  EXPECT_FLOAT_EQ(surface.shown.g, 0.5f);
+  EXPECT_FLOAT_EQ(surface.caustic.b, 0.75f);
+  EXPECT_FLOAT_EQ(surface.emitted.r, 1.5f);
+  EXPECT_FLOAT_EQ(surface.variance, 0.5f * (16 + 144) / 256);
+  for (std::size_t i = 0; i < alone.level.size(); ++i) {
+    ASSERT_EQ(own.direct.samples[i], 16u);
+    ASSERT_NEAR(own.direct.level[i], (alone.level[i] + 3 * before->direct.level[i]) / 4, 1e-5);
+  }
+  auto other = std::make_shared<FrameLight>(*before);
+  other->view.bounds.x0 = 1;
+  EXPECT_EQ(EarlierFrames(own.view, {other}).of_same_view().size(), 0u);
+}
+
 constexpr float kShadow = 0.013f, kLit = 2;
 
 /// A frame of the wall with the edge of a shadow at x = kShadow. Independent samples would vary by `variance` at the
@@ -98,7 +124,7 @@ FrameLight frame_of_shadow(float x, std::uint32_t seed) {
 TEST(EarlierFrames, DoNotBlurShadows) {
   FrameLight own = frame_of_shadow(0, 0);
   const LightEstimate before = own.direct;
-  std::vector<std::shared_ptr<const FrameLight>> frames;
+  FrameLights frames;
   for (int i = 1; i <= 3; ++i)
     frames.push_back(std::make_shared<const FrameLight>(
         frame_of_shadow(-0.0043f * static_cast<float>(i), static_cast<std::uint32_t>(i))));
