@@ -35,9 +35,10 @@ INNER = 0.98 * RADIUS  # places beside the facets do not count
 FACETS = 64
 SENSORS = 300
 RAYS = 4_000_000  # of a value by hand
+PIXELS = 96  # along a side of a picture: those with their middle within INNER do not reach over the pipe's wall
 # Name and options of each way to measure, and of each to render.
 MEASURES = (("sensors", []), ("by photons", ["--integrator", "gather"]), ("by paths", ["--integrator", "path"]))
-PICTURES = (("picture", ["--samples", "32"]), ("path-traced", ["--integrator", "path", "--samples", "1024"]))
+PICTURES = (("picture", ["--samples", "8"]), ("path-traced", ["--integrator", "path", "--samples", "128"]))
 
 
 def room_with_window():
@@ -106,15 +107,30 @@ def sunny_blinds():
     return SUN % "-1 1 0.3" + blinds().removeprefix(HEAD)
 
 
+class EvenNumbers:
+    """Points of a unit cube, spread evenly by the powers of a root (M. Roberts, "The Unreasonable Effectiveness of
+    Quasirandom Sequences", 2018)."""
+
+    def __init__(self, dimensions, shift=0):
+        self.root, self.power, self.shift = 2.0, 0, shift
+        for _ in range(64):
+            self.root = (1 + self.root) ** (1 / (dimensions + 1))
+
+    def random(self, count):
+        """Their next coordinate."""
+        self.power += 1
+        return (self.shift + np.arange(1, count + 1) * self.root**-self.power) % 1
+
+
 def directions(count, numbers):
-    """Random ones as an even sky gives light to a plane: sines and cosines from its normal, and azimuths."""
+    """Even ones, as an even sky gives light to a plane: sines and cosines from its normal, and azimuths."""
     sin2 = numbers.random(count)
     return np.sqrt(sin2), np.sqrt(1 - sin2), 2 * math.pi * numbers.random(count)
 
 
 def share_of_pipe(reflectance, most=INNER):
     """Transmittance of a round pipe of mirrors, under an even sky, to what is within a radius. reflectance: by cosine"""
-    numbers = np.random.default_rng(1)
+    numbers = EvenNumbers(4)
     r = most * np.sqrt(numbers.random(RAYS))
     sine, cosine, turn = directions(RAYS, numbers)
     across = LENGTH * sine / cosine  # way in the plan
@@ -127,7 +143,7 @@ def share_of_pipe(reflectance, most=INNER):
 
 def share_of_facets(reflectance, most=INNER):
     """The same of the round pipe with the facets of the scene."""
-    numbers = np.random.default_rng(1)
+    numbers = EvenNumbers(4)
     rays = RAYS // 10
     r, around = most * np.sqrt(numbers.random(rays)), 2 * math.pi * numbers.random(rays)
     place = r * np.array([np.cos(around), np.sin(around)])
@@ -158,7 +174,7 @@ def share_of_facets(reflectance, most=INNER):
 
 def share_of_square_pipe(reflectance, most=INNER):
     """The same of a square one, to a square of half that side."""
-    numbers = np.random.default_rng(1)
+    numbers = EvenNumbers(5)
     sine, cosine, turn = directions(RAYS, numbers)
     share = np.ones(RAYS)
     for part in (abs(np.cos(turn)), abs(np.sin(turn))):
@@ -208,9 +224,10 @@ def inside(x, z, half):
 
 def measured(folder, case, options, seed):
     _, _, (x, y, z), half, normal, _, _, _ = case
-    # Random places: slats and their shadows repeat.
-    offsets = half * (2 * np.random.default_rng(seed).random((SENSORS, 2)) - 1)
-    places = [(x + a, y + 1e-4 * normal[1], z + b) for a, b in offsets if inside(a, b, half)]
+    # No grid: slats and their shadows repeat.
+    numbers = EvenNumbers(2, np.random.default_rng(seed).random())
+    offsets = [half * (2 * numbers.random(SENSORS) - 1) for _ in range(2)]
+    places = [(x + a, y + 1e-4 * normal[1], z + b) for a, b in zip(*offsets) if inside(a, b, half)]
     (folder / "p.pts").write_text("".join("%g %.5f %g %g %g %g\n" % (*p, *normal) for p in places), encoding="utf-8")
     subprocess.run([PROGRAM, "measure", folder / "scene.pbrt", "--points", folder / "p.pts", "-o", folder / "e.csv", "-q",
                     "--noise", "2%", "--time", "30s", "--seed", str(seed), *options], check=True)
@@ -220,15 +237,14 @@ def measured(folder, case, options, seed):
 
 def rendered(folder, case, options, seed):
     _, _, middle, half, _, eye, share, _ = case
-    pixels = 32
     angle = 2 * math.degrees(math.atan(half / 1.5))
     up = "0,0,1"
     subprocess.run([PROGRAM, "render", folder / "scene.pbrt", "--view", ",".join(map(str, (*eye, *middle))) + "," + up,
-                    "--fov", str(angle), "--size", f"{pixels}x{pixels}", "-o", folder / "p.exr", "-q", "--seed", str(seed),
+                    "--fov", str(angle), "--size", f"{PIXELS}x{PIXELS}", "-o", folder / "p.exr", "-q", "--seed", str(seed),
                     "--precision", "float", *options], check=True)
-    values = luminance(glowworm.Picture.read(str(folder / "p.exr"))["image"].reshape(pixels, pixels, -1)[..., :3])
-    steps = [half * (2 * (i + 0.5) / pixels - 1) for i in range(pixels)]
-    return WATT * math.pi / share * np.mean([values[i, k] for i in range(pixels) for k in range(pixels)
+    values = luminance(glowworm.Picture.read(str(folder / "p.exr"))["image"].reshape(PIXELS, PIXELS, -1)[..., :3])
+    steps = [half * (2 * (i + 0.5) / PIXELS - 1) for i in range(PIXELS)]
+    return WATT * math.pi / share * np.mean([values[i, k] for i in range(PIXELS) for k in range(PIXELS)
                                              if inside(steps[i], steps[k], half)])
 
 
@@ -239,13 +255,13 @@ def cell(values):
 def main():
     names = [name for name, _ in MEASURES + PICTURES]
     lines = ["# Agreement", "Written by `bench/tables_agree.py`.", "",
-             "Mean illuminance (lx) of a small place, by random sensors 0.1 mm above it and by pictures of it, and the "
-             f"standard error over {SEEDS} seeds. By hand: rays that count the reflections in a pipe {LENGTH} m long and "
+             "Mean illuminance (lx) of a small place, by evenly spread sensors 0.1 mm above it and by pictures of it, and the "
+             f"standard error over {SEEDS} seeds. By hand: evenly spread rays that count the reflections in a pipe {LENGTH} m long and "
              f"{2 * RADIUS} m wide, under an even sky. The round one has {FACETS} facets of the metal (pbrt's conductor) that "
              f"reflects {REFLECTANCE} at normal incidence, the square one of a mirror that whitens towards grazing angles (Schlick), as "
              "OBJ and glTF files have it. The second table has what other pipes transmit. Sensors behind blinds are in stripes "
-             "of sun and shade, which makes most of their error; all ways have the same places. Photons are too bright there: "
-             "their kernels reach over the gaps between slats.", "",
+             "of sun and shade, which makes most of their error; all ways have the same places. Pictures are too bright there: "
+             "kernels of photons reach over the gaps between slats.", "",
              f"| place | by hand | {' | '.join(names)} |", "| --- | --- |" + " --- |" * len(names)]
     for case in CASES:
         with tempfile.TemporaryDirectory() as text:
