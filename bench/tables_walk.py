@@ -13,9 +13,12 @@ pixels lies within 1% of the depth. A pixel at an edge of a surface shows no poi
 the edge cuts it. So a second set of columns has the points alone whose 3 x 3 pixels show one smooth surface, in each
 frame; its median is of the flicker of single points.
 
+With --noise, frames end by noise, and one more row has a camera that stands still: there, light of earlier frames
+counts wholly.
+
 Frames stay in build/walk/, and are made where they are missing.
 
-usage: tables_walk.py [--frames N] [--size WxH] [SCENE...]
+usage: tables_walk.py [--frames N] [--size WxH] [--walk N] [--window FIRST-LAST] [--noise SHARE] [SCENE...]
 """
 import argparse
 import json
@@ -39,8 +42,8 @@ SEEDS = (1, 2)
 NEAR = 0.01
 FEWEST_FRAMES = 4  # in which a point is seen
 REUSE = 8
-WINDOW = range(24, 36)  # frames whose flicker is measured
-OWN = range(24, 36, 4)  # frames with photons of their own
+WINDOW = "24-35"  # frames whose flicker is measured
+EVERY_OWN = 4  # of these have photons of their own, too
 LIVING_ROOM = os.path.join(ROOT, "../shared/scenes/bitterli-living-room-pbrt/living-room-jpgtex.pbrt")
 # Metres to the right, up and ahead, and degrees to the right and up, of the whole walk.
 MOVES = {"builtin:atrium": ([0, 0, 6], [40, 0]), LIVING_ROOM: ([0.3, 0, 1], [-20, 0])}
@@ -54,16 +57,26 @@ def run(*command):
 
 
 class Walk:
-    def __init__(self, scene, frames, size):
-        self.frames = frames
+    def __init__(self, scene, options):
+        self.frames, self.length = options.frames, options.walk or options.frames
+        first, last = map(int, options.window.split("-"))
+        self.window = range(first, last + 1)
         self.scene = scene if scene.startswith("builtin:") else os.path.basename(os.path.dirname(scene))
         name = self.scene.replace(":", "-")
-        script = os.path.join(CACHE, f"{name}-{frames}.json")
+        self.name = f"{name}-{options.size}-{self.frames}{f'-of-{options.walk}' if options.walk else ''}" + (
+            f"-at-{options.noise}" if options.noise else "")
         fly, look = MOVES.get(scene, ([0, 0, 1], [20, 0]))
-        with open(script, "w", encoding="utf-8") as out:
-            json.dump({"frames": frames, "moves": [{"from": 0, "to": frames, "fly": fly, "look": look}]}, out)
-        self.common = [scene, "--script", script, "--size", size, "--precision", "float", "--aov", LAYERS]
-        self.name = f"{name}-{size}-{frames}"
+        self.walks = self.script("", [{"from": 0, "to": self.length, "fly": fly, "look": look}])
+        self.stands = self.script("-stands", [])
+        self.common = [scene, "--size", options.size, "--precision", "float", "--aov", LAYERS]
+        if options.noise:
+            self.common += ["--noise", options.noise]
+
+    def script(self, suffix, moves):
+        path = os.path.join(CACHE, f"{self.name}{suffix}.json")
+        with open(path, "w", encoding="utf-8") as out:
+            json.dump({"frames": self.length, "moves": moves}, out)
+        return path
 
     def folder(self, kind):
         path = os.path.join(CACHE, f"{self.name}-{kind}")
@@ -75,7 +88,8 @@ class Walk:
         folder = self.folder(kind)
         file = os.path.join(folder, f"{frames}.json")
         if not os.path.exists(file):
-            seconds = run("render", *self.common, "--seed", seed, "--frames", frames, *more, "-o",
+            script = self.stands if kind.startswith("still") else self.walks
+            seconds = run("render", *self.common, "--script", script, "--seed", seed, "--frames", frames, *more, "-o",
                           os.path.join(folder, "###.exr"))
             with open(file, "w", encoding="utf-8") as out:
                 json.dump(seconds, out)
@@ -84,15 +98,21 @@ class Walk:
 
     def render_own(self):
         """Frames with other photons for each; returns the seconds of one."""
-        return np.mean([self.render(f"own-{seed}", 1000 * seed + frame, str(frame)) for seed in SEEDS for frame in OWN])
+        return np.mean([self.render(f"own-{seed}", 1000 * seed + frame, str(frame))
+                        for seed in SEEDS for frame in self.window[::EVERY_OWN]])
 
     def render_sequence(self, kind, last, *more):
         """Frames up to the last, and those of the window by the other seed. Returns the seconds of the first, and of
         each further one."""
         first = self.render(f"{kind}-first", SEEDS[0], "0")
         whole = self.render(f"{kind}-{SEEDS[0]}", SEEDS[0], f"0-{last}", *more)
-        self.render(f"{kind}-{SEEDS[1]}", SEEDS[1], f"{WINDOW[0]}-{WINDOW[-1]}", *more)
+        self.render(f"{kind}-{SEEDS[1]}", SEEDS[1], f"{self.window[0]}-{self.window[-1]}", *more)
         return first, (whole - first) / last
+
+    def render_still(self):
+        """Frames of a camera that stands still. Returns the seconds of the first, and of each of the next three."""
+        first = self.render("still-first", SEEDS[0], "0")
+        return first, (self.render("still", SEEDS[0], "0-3", "--reuse", REUSE) - first) / 3
 
     def picture(self, kind, frame):
         return glowworm.Picture.read(os.path.join(self.folder(kind), f"{frame:03}.exr"))
@@ -157,37 +177,43 @@ def noise_of(walk, kind, frames):
 def rows_of(walk):
     """Rows of the table."""
     own = walk.render_own()
-    shared = walk.render_sequence("shared", WINDOW[-1])
+    shared = walk.render_sequence("shared", walk.window[-1])
     reused = walk.render_sequence("reused", walk.frames - 1, "--reuse", REUSE)
-    single = noise_of(walk, "shared", WINDOW)
+    single = noise_of(walk, "shared", walk.window)
     for name, kind, first, further in [("share photons and guides", "shared", *shared),
                                        (f"and light of {REUSE} before", "reused", *reused)]:
         cells = [f"{first:.2f} | {further:.2f}"]
-        for (flicker, noise, median, points), (_, of_one, _, _) in zip(noise_of(walk, kind, WINDOW), single):
+        for (flicker, noise, median, points), (_, of_one, _, _) in zip(noise_of(walk, kind, walk.window), single):
             cells.append(f"{flicker:.2%} | {noise:.2%} | {flicker / of_one:.0%} | {median:.2%} | {points}")
         yield f"| {walk.scene} | {name} | {' | '.join(cells)} |"
     yield f"| {walk.scene} | have their own photons | {own:.2f} | {own:.2f} |" + " |" * 10
+    if "--noise" in walk.common:
+        first, further = walk.render_still()
+        yield f"| {walk.scene} | light of {REUSE} before, camera at rest | {first:.2f} | {further:.2f} |" + " |" * 10
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--size", default="128x72")
+    parser.add_argument("--walk", type=int, help="frames of the whole walk, of which the first --frames are rendered")
+    parser.add_argument("--window", default=WINDOW)
+    parser.add_argument("--noise", default="", help="of each frame, 2%% for example; without, frames have default samples")
     parser.add_argument("scenes", nargs="*", default=[s for s in MOVES if s.startswith("builtin:") or os.path.exists(s)])
     options = parser.parse_args()
-    if options.frames <= WINDOW[-1]:
-        parser.error(f"--frames must be more than {WINDOW[-1]}")
+    if options.frames <= int(options.window.split("-")[1]):
+        parser.error(f"--frames must be more than the end of --window {options.window}")
     os.makedirs(CACHE, exist_ok=True)
     os.makedirs(os.path.dirname(RESULTS), exist_ok=True)
+    how = f"at {options.noise} noise" if options.noise else "with default settings"
     lines = ["# A walk through scenes", "",
              f"Written by `bench/tables_walk.py`, which says what the columns are: {options.frames} frames of "
-             f"{options.size} pixels, with default settings. The ratio is flicker over the noise of frames that use no "
-             "light again.", "",
+             f"{options.size} pixels, {how}. The ratio is flicker over the noise of frames that use no light again.", "",
              "| scene | frames | first, s | each further, s | all points: flicker | noise | ratio | median | points | "
              "within surfaces: flicker | noise | ratio | median | points |",
              "| --- | --- |" + " ---: |" * 12]
     for scene in options.scenes:
-        for row in rows_of(Walk(scene, options.frames, options.size)):
+        for row in rows_of(Walk(scene, options)):
             lines.append(row)
             print(row, flush=True)
     with open(RESULTS, "w", encoding="utf-8") as file:
