@@ -33,7 +33,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
   wanted.guide = made_->guide;
   wanted.importance = made_->importance;
   const bool gathers = s.integrator == Integrator::gather;
-  wanted.on_all_surfaces = s.of_points && !gathers;
+  wanted.on_all_surfaces = s.of_points && s.integrator == Integrator::photons;
   if (s.boundary_correction)
     wanted.correction =
         s.integrator == Integrator::photons ? BoundaryCorrection::estimates : BoundaryCorrection::photons;

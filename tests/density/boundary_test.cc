@@ -131,6 +131,22 @@ TEST(BoundaryTest, MirrorsHoldFluxWherePhotonsLieOnAllSurfaces) {
   EXPECT_EQ(boundary_factors(tracer, photons, policy, nullptr, nullptr, "", true), std::vector<float>{1});
 }
 
+/// A solid that stands apart from a surface takes nothing from it.
+TEST(BoundaryTest, SolidsThatHoldNoFluxTakeNoneFromBelow) {
+  for (const bool fine : {false, true})
+    for (const float radius : {0.1f, 0.2f, 0.45f}) {
+      const Scene scene = copies("slab above floor", [&](MeshBuilder& mesh) {
+        const int parts = fine ? 16 : 1;
+        mesh.patch([](float u, float v) { return Vec3{u, v, 0}; }, parts, parts);
+        mesh.set_material(kPane);
+        mesh.box({0, 0, 0.05f}, {1, 1, 0.25f}, MeshBuilder::kAllFaces);
+      });
+      const Tracer tracer(scene);
+      SCOPED_TRACE(testing::Message() << fine << ' ' << radius);
+      expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, radius, 1);
+    }
+}
+
 /// What lies in a solid mirror has no photons either.
 TEST(BoundaryTest, MirrorsHideWhatLiesWithinThem) {
   for (const bool fine : {false, true}) {

@@ -140,9 +140,9 @@ TEST(BentLight, SensorsBesideAWallMeetTheLightOfTheirSide) {
 }
 
 /// A floor of reflectance 0.02 under a closed plate of glass, and the sun above: few photons return.
-SceneDescription plate_over_floor() {
+SceneDescription plate_over_floor(float floor = -0.5f) {
   SceneDescription d;
-  add_quad(d, {-2, -2, -0.5f}, {4, 0, 0}, {0, 4, 0}, add_diffuse(d, 0.02f));
+  add_quad(d, {-2, -2, floor}, {4, 0, 0}, {0, 4, 0}, add_diffuse(d, 0.02f));
   Material glass;
   glass.kind = MaterialKind::dielectric;
   glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
@@ -175,6 +175,17 @@ TEST(SlowBentLight, SensorsInAirMeetASunThroughGlass) {
       expect_light(readings[0], 3 * kPlate, 0.06);
     else
       EXPECT_NEAR(readings[0].irradiance, 3 * kPlate, 0.01 * 3 * kPlate) << "an image of the sun";
+  }
+}
+
+/// The plate is nearer than the radius of photons on the floor.
+TEST(SlowBentLight, SensorsSeeTheLightOfAFloorCloseUnderGlass) {
+  const Stage stage(plate_over_floor(-0.1f));
+  for (const Integrator by : {Integrator::gather, Integrator::path}) {
+    const double expected = 0.02 * 3 * kPlate;
+    EXPECT_NEAR(measure(stage, integrator(by, 256), {{{0.3f, 0.2f, -0.09f}, {0, 0, -1}}})[0].irradiance, expected,
+                0.02 * expected)
+        << static_cast<int>(by);
   }
 }
 
