@@ -141,9 +141,11 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
   });
 }
 
-void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics) {
+void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics,
+              float factor) {
   const PhaseTimer timer(statistics, Phase::completion);
-  for (std::size_t i = 0; i < queries.size(); ++i) target[queries.gather_point[i]] += queries.weight[i] * queried[i];
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    target[queries.gather_point[i]] += queries.weight[i] * (queried[i] * factor);
 }
 
 }  // namespace glowworm

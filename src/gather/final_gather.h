@@ -51,8 +51,9 @@ void final_gather(const Tracer& tracer, const GatherPoints& points, std::size_t 
                   const FinalGatherSettings& settings, SlotRadiance& radiance, const GatherQueries& found,
                   Statistics& statistics);
 
-/// Completion: adds weight * queried to `target` at each query point's slot, in the order of the query points ([HHS05]
-/// section 4: sequentially, because scattered writes miss the cache).
-void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics);
+/// Completion: adds weight * queried * factor to `target` at each query point's slot, in the order of the query points
+/// ([HHS05] section 4: sequentially, because scattered writes miss the cache).
+void complete(const QueryPoints& queries, std::span<const RGB> queried, std::span<RGB> target, Statistics& statistics,
+              float factor = 1);
 
 }  // namespace glowworm

@@ -116,53 +116,48 @@ class PassRenderer {
     memory_.segments.clear();
   }
 
-  /// Adds the radiance of query points. If a pass extrapolates, this is the light of kernels without area: the bias of
-  /// an estimate is nearly proportional to their area, so E(0) = 2 E(A/2) - E(A) (Schucany and Sommers, "Improvement of
-  /// Kernel Type Density Estimators", 1977).
+  /// Factors on the estimates of engines.
+  struct Factors {
+    float light, bias;
+  };
+
+  /// Adds the radiance of query points, and its bias where that is wanted. The bias of an estimate E is nearly
+  /// proportional to its kernels' area A (Silverman, Density Estimation for Statistics and Data Analysis, 1986, chapter
+  /// 4): it is 2 (E(A) - E(A/2)). A pass that extrapolates adds 2 E(A/2) - E(A), the light of kernels without area
+  /// (Schucany and Sommers, "Improvement of Kernel Type Density Estimators", 1977).
   /// @param correct is called after each lookup: (whether it was one of `narrow`)
   template <class Correct>
   void look_up(const QueryPoints& queries, const PhotonMaps::Engines& engines, const PhotonMaps::Engines& narrow,
                const Correct& correct, std::vector<RGB>& target) {
     count_held(queries);
     const bool extrapolates = settings_.extrapolates && !narrow.empty();
-    add_estimates(queries, engines, false, extrapolates ? -1 : 1, correct, target);
-    if (extrapolates) add_estimates(queries, narrow, true, 2, correct, target);
-    if (!finds_bias()) return;
-    // Not the render's lookups.
-    Statistics others;
-    for (const std::unique_ptr<DensityEngine>& engine : narrow) {
-      memory_.found.assign(queries.size(), RGB());
-      engine->estimate(queries, memory_.found, others);
-      correct(true);
-      add_bias(queries, -2);
-    }
+    const auto add = [&](const PhotonMaps::Engines& from, Factors factors, Statistics& statistics) {
+      add_estimates(
+          queries, from, factors, [&] { correct(&from == &narrow); }, target, statistics);
+    };
+    add(engines, {extrapolates ? -1.0f : 1.0f, 2}, statistics_);
+    Statistics not_the_renders;
+    if (extrapolates)
+      add(narrow, {2, -2}, statistics_);
+    else if (finds_bias())
+      add(narrow, {0, -2}, not_the_renders);
   }
 
-  /// Adds the estimates of engines times a factor. @param correct as of look_up()
+  /// Adds the estimates of engines. @param correct is called after each lookup
   template <class Correct>
-  void add_estimates(const QueryPoints& queries, const PhotonMaps::Engines& engines, bool is_narrow, float factor,
-                     const Correct& correct, std::vector<RGB>& target) {
+  void add_estimates(const QueryPoints& queries, const PhotonMaps::Engines& engines, Factors factors,
+                     const Correct& correct, std::vector<RGB>& target, Statistics& statistics) {
+    const bool in_groups = settings_.light_groups && factors.light != 0;
     for (std::size_t i = 0; i < engines.size(); ++i) {
       memory_.found.assign(queries.size(), RGB());
-      engines[i]->estimate(queries, memory_.found, statistics_);
-      correct(is_narrow);
-      if (factor != 1)
-        for (RGB& found : memory_.found) found *= factor;
-      complete(queries, memory_.found, target, statistics_);
-      if (settings_.light_groups && !engines.grouped)
-        complete(queries, memory_.found, out_.radiance.groups[i], statistics_);
-      if (finds_bias()) add_bias(queries, 2);
+      engines[i]->estimate(queries, memory_.found, statistics);
+      correct();
+      if (factors.light != 0) complete(queries, memory_.found, target, statistics, factors.light);
+      if (in_groups && !engines.grouped)
+        complete(queries, memory_.found, out_.radiance.groups[i], statistics, factors.light);
+      if (finds_bias()) complete(queries, memory_.found, bias_, statistics, factors.bias);
     }
-    if (settings_.light_groups && engines.grouped)
-      engines.grouped->add(queries, out_.radiance.groups, statistics_, factor);
-  }
-
-  /// The bias of an estimate is nearly proportional to its kernels' area (Silverman, Density Estimation for
-  /// Statistics and Data Analysis, 1986, chapter 4): it is twice the difference from an estimate with half the area.
-  void add_bias(const QueryPoints& queries, float times) {
-    Statistics others;
-    for (RGB& found : memory_.found) found *= times;
-    complete(queries, memory_.found, bias_, others);
+    if (in_groups && engines.grouped) engines.grouped->add(queries, out_.radiance.groups, statistics, factors.light);
   }
 
   void count_held(const QueryPoints& queries) {

@@ -39,8 +39,7 @@ struct PassSettings {
   /// Fill PassResult::global_points and caustic_points, and find no light but PhotonMaps::signed_media().
   bool query_points_alone = false;
   /// Kind gather: extrapolate estimates of the global map to kernels without area, by PhotonMaps::narrow(). Their bias
-  /// falls with the square of the area then, and the variance of one is about four times as large. Not together with
-  /// SlotValue::bias.
+  /// falls with the square of the area then, and the variance of one is about four times as large.
   bool extrapolates = false;
   bool patches = true;                                 ///< send some gather rays to bright patches
   const GatherGuide* guide = nullptr;                  ///< of gather rays; null: none
