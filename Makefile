@@ -3,6 +3,8 @@
 
 GLOWWORM := build/release/bin/glowworm
 JOBS := $(shell nproc)
+# Some tests wait for processes rather than compute.
+TEST_JOBS := $(shell expr $(JOBS) + 1)
 
 help:
 	@echo 'make demo             builds, and renders the Cornell box to out/'
@@ -35,10 +37,10 @@ demo: packages
 	@echo 'The picture is in $(CURDIR)/out/cornell.exr (linear) and $(CURDIR)/out/cornell.png.'
 
 test: build
-	ctest --preset release -j $(JOBS) -LE slow
+	ctest --preset release -j $(TEST_JOBS) -LE slow
 
 test-all: build
-	ctest --preset release -j $(JOBS)
+	ctest --preset release -j $(TEST_JOBS)
 
 check: packages
 	scripts/check-format
@@ -54,7 +56,7 @@ check: packages
 	scripts/check-commands
 	cmake --preset asan
 	cmake --build --preset asan
-	ctest --preset asan -j $(JOBS)
+	ctest --preset asan -j $(TEST_JOBS)
 
 format: packages
 	scripts/check-format --fix

@@ -289,7 +289,7 @@ TEST(Api, SensorsMeasureTheSun) {
   EXPECT_THAT(error_of([&] { gw::measure(scene, {}, {}); }), HasSubstr("no sensors"));
 }
 
-TEST(Api, FindsTheDaylightOfAYear) {
+TEST(SlowApi, FindsTheDaylightOfAYear) {
   gw::SceneBuilder builder, roofed;
   gw::Mesh floor = square(builder.add_material({}));
   const std::vector<gw::Vec3> corners{{-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}};

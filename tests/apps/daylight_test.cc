@@ -37,6 +37,7 @@ class DaylightTest : public ProgramTest {
     return run(words);
   }
 };
+using SlowDaylightTest = DaylightTest;
 
 /// Rays to the actual suns follow the last Job.
 TEST_F(DaylightTest, InterruptAfterTheRoundsEndsAtOnceAndLeavesNothing) {
@@ -111,7 +112,7 @@ TEST_F(DaylightTest, TakesShadesBySchedule) {
 }
 
 /// Without sensors the eyes are the sensors.
-TEST_F(DaylightTest, RatesViews) {
+TEST_F(SlowDaylightTest, RatesViews) {
   write_inputs();
   // So little light that no index is at its bound.
   std::string weather = read(path("a.epw"));

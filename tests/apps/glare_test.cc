@@ -20,6 +20,7 @@ class GlareTest : public ProgramTest {
                 "4", "--photons", "2000"});
   }
 };
+using SlowGlareTest = GlareTest;
 
 constexpr const char* kAtTheLamp = "rview -vta -vp 0.28 0.28 -0.5 -vd 0 0.6 1 -vu 0 1 0\n";
 
@@ -46,7 +47,7 @@ std::vector<double> numbers_of_view(const std::string& row) {
   return out;
 }
 
-TEST_F(GlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
+TEST_F(SlowGlareTest, PicturesOfSourcesKeepTheirLuminanceAndCanBeRated) {
   std::ofstream(path("views.vf")) << kAtTheLamp;
   std::vector<double> by_format;
   for (const char* name : {"s.hdr", "s.exr"}) {

@@ -52,6 +52,7 @@ class LuminaireTest : public ProgramTest {
     return lux;
   }
 };
+using SlowLuminaireTest = LuminaireTest;
 
 TEST_F(LuminaireTest, LightsNearPlacesByItsOpening) {
   for (const double distance : {0.5, 1.0, 2.0}) {
@@ -69,7 +70,7 @@ TEST_F(LuminaireTest, LightsNearPlacesByItsOpening) {
   }
 }
 
-TEST_F(LuminaireTest, LightsRoomsAlikeByEveryIntegrator) {
+TEST_F(SlowLuminaireTest, LightsRoomsAlikeByEveryIntegrator) {
   // In the ceiling's plane.
   const std::vector<double> path =
       measured({"--light", "panel.ies@0.2,3,0.1", "--integrator", "path", "--samples", "4000"});

@@ -39,6 +39,7 @@ class MeasureTest : public ProgramTest {
     write("a.pts", "# below, and aside\n0 0 0  0 1 0\n1.5 0 1.5  0 3 0\n");
   }
 };
+using SlowMeasureTest = MeasureTest;
 
 TEST_F(MeasureTest, MeasuresALuminaireByTheCosineLaw) {
   const Outcome outcome = run({"measure", "a.pbrt", "--points", "a.pts", "--light", "lamp.ies@0,3,0", "--samples", "2",
@@ -155,7 +156,7 @@ TEST_F(MeasureTest, TurnsSensorsAndLampsWithTheUpAxis) {
 }
 
 /// Coordinates of a map, whose millimetres floats do not hold, and z up: places of all options and of all results.
-TEST_F(MeasureTest, KeepsTheFilesCoordinatesFarFromTheOrigin) {
+TEST_F(SlowMeasureTest, KeepsTheFilesCoordinatesFarFromTheOrigin) {
   write("near.obj", room_of(true, -3.002, -2.044));
   write("far.obj", room_of(true, 512345.123, 5412345.456));
   write("near.pts", "-1 -1 0.75 0 0 1\n-1.002 1.4 1 1 0 0\n");

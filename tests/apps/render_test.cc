@@ -37,6 +37,7 @@ class RenderTest : public ProgramTest {
     return true;
   }
 };
+using SlowRenderTest = RenderTest;
 
 TEST_F(RenderTest, HelpNamesEnginesScenesAndExamples) {
   const Outcome outcome = run({"render", "--help"});
@@ -190,7 +191,7 @@ double processor_seconds(pid_t process) {
   return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
-TEST_F(RenderTest, InterruptWritesTheImageSoFar) {
+TEST_F(SlowRenderTest, InterruptWritesTheImageSoFar) {
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
     Running program(folder_, {"render", "builtin:cornell", "--size", "64x64", "--samples", "1M", "--gather", "4",
                               "--photons", "2k", "-o", "a.exr", "-o", "a.png", "--stats", "a.json"});

@@ -41,6 +41,7 @@ class ReportTest : public ProgramTest {
     write_exr(path(name), image, ExrPrecision::single);
   }
 };
+using SlowReportTest = ReportTest;
 
 bool has_chromium() { return std::system("command -v chromium > /dev/null") == 0; }
 
@@ -126,7 +127,7 @@ TEST_F(ReportTest, PicturesShowLuminance) {
 }
 
 /// A floor of reflectance 0.5 under a point light of 10 W/sr, 2 m above: the illuminance of its middle is known.
-TEST_F(ReportTest, PicturesShowIlluminance) {
+TEST_F(SlowReportTest, PicturesShowIlluminance) {
   write("floor.pbrt", R"(LookAt 0 1 0  0 0 0  0 0 1
 Camera "perspective" "float fov" [1]
 Film "rgb" "integer xresolution" [16] "integer yresolution" [16]

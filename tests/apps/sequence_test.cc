@@ -96,6 +96,7 @@ class SequenceTest : public ProgramTest {
     return [folders] { setenv("PATH", folders.c_str(), 1); };
   }
 };
+using SlowSequenceTest = SequenceTest;
 
 TEST_F(SequenceTest, AFrameHasTheSameBitsAloneAsAmongOthers) {
   write_script(R"({"from": 0, "to": 3, "orbit": [40, 0]})");
@@ -138,7 +139,7 @@ TEST_F(SequenceTest, FramesOfAnAnimationShowItsMoments) {
   EXPECT_FALSE(read_image(path("f0.exr")).rgb() == read_image(path("f2.exr")).rgb());
 }
 
-TEST_F(SequenceTest, FramesKeepPhotonsOfPathsThatMeetNothingThatMoves) {
+TEST_F(SlowSequenceTest, FramesKeepPhotonsOfPathsThatMeetNothingThatMoves) {
   for (const bool lamp_moves : {false, true}) {
     SCOPED_TRACE(lamp_moves);
     write_moving_room("room.gltf", lamp_moves);
@@ -168,7 +169,7 @@ TEST_F(SequenceTest, FramesKeepPhotonsOfPathsThatMeetNothingThatMoves) {
 }
 
 /// The same moment after another first one has other guides, and so other photons.
-TEST_F(SequenceTest, ProcessesShareNoPhotonsOfAnotherFirstMoment) {
+TEST_F(SlowSequenceTest, ProcessesShareNoPhotonsOfAnotherFirstMoment) {
   write_moving_room("room.gltf", true);
   const auto keys_after = [&](const std::string& name) {
     const Outcome outcome =

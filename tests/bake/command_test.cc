@@ -80,6 +80,7 @@ class BakeCommand : public ProgramTest {
     return out;
   }
 };
+using SlowBakeCommand = BakeCommand;
 
 TEST_F(BakeCommand, WritesAFileInEveryFormat) {
   for (const char* format : {"emissive", "unlit", "lightmap", "vertex"}) {
@@ -127,7 +128,7 @@ TEST_F(BakeCommand, KeepsTheTextureCoordinatesOfTexturesOnly) {
   EXPECT_EQ(primitives, 2u);
 }
 
-TEST_F(BakeCommand, KeepsPicturesOfTheLightOfScreens) {
+TEST_F(SlowBakeCommand, KeepsPicturesOfTheLightOfScreens) {
   write("screen.png", encode_png(2, 1, 3, {0, 0, 0, 255, 255, 255}, {}));
   // A lamp, and a surface that reflects, too: only its irradiance lacks its own light.
   const std::string light = "Ke 0.8 0.4 0.2\nmap_Ke screen.png\n";

@@ -199,7 +199,7 @@ struct CausticError {
 };
 
 CausticError caustic_error(const Stage &stage, RenderSettings settings, const Film &reference) {
-  constexpr std::uint32_t kSeeds = 12;
+  constexpr std::uint32_t kSeeds = 8;
   double flux_squares = 0;
   CausticError out;
   for (settings.seed = 0; settings.seed < kSeeds; ++settings.seed) {

@@ -113,7 +113,7 @@ TEST(VolumeRadiance, OfABeamAlongItselfIsFinite) {
 // A lamp of 1 W/sr in a medium without absorption; rays that pass it at distance h, from 5 m before their foot to 5 m
 // behind it. The values are integrals of sigma exp(-sigma (t + d)) / (4 pi d^2). Beams that reach 1 m give noise of up
 // to 0.5%.
-TEST(VolumeRadiance, OfAPointLampIsItsAirlight) {
+TEST(SlowVolumeRadiance, OfAPointLampIsItsAirlight) {
   constexpr std::uint32_t kBeams = 100'000;
   struct Medium {
     float sigma;

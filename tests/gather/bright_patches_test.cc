@@ -103,7 +103,7 @@ TEST_F(BrightPatchesTest, ThereAreNoneInEvenLight) {
   EXPECT_TRUE(BrightPatches(tracer_, even, radii_).empty());
 }
 
-TEST(GatherGuiding, KeepsTheMeanAndReducesTheVarianceToAQuarter) {
+TEST(SlowGatherGuiding, KeepsTheMeanAndReducesTheVarianceToAQuarter) {
   const Stage stage(floor_beside_a_spot());
   constexpr int kRenders = 6, kSide = 16;
   double mean[2] = {0, 0}, variance[2] = {0, 0};

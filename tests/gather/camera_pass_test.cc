@@ -154,7 +154,7 @@ Light directional(Vec3 direction, RGB irradiance) {
 
 /// Surface samples bring the light of two suns that light samples bring, on diffuse, rough and coated surfaces, beside
 /// a board and its shadow, with less noise. Each surface has as many pixels as the others.
-TEST(SurfaceSamples, FindTheLightOfDirectionalLights) {
+TEST(SlowSurfaceSamples, FindTheLightOfDirectionalLights) {
   constexpr int kSide = 24, kSamples = 256;
   constexpr std::uint32_t kLightSamples = 2;
   SceneDescription d;

@@ -55,6 +55,7 @@ class WindowTest : public FileTest {
   }
   std::vector<std::string> notes_;
 };
+using SlowWindowTest = WindowTest;
 
 /// Light from one patch to another, in both orders of the data, by the conventions of Radiance's bsdf_m.c: rows go out,
 /// columns come in by the opposite of where they are, and the front is WINDOW's back.
@@ -174,7 +175,7 @@ SceneDescription under_glass(const std::function<void(SceneDescription&)>& chang
 }
 
 /// A matrix of one value transmits like the built-in diffuse material, by paths and by photons.
-TEST_F(WindowTest, AConstantMatrixPassesLightAsADiffuseMaterialDoes) {
+TEST_F(SlowWindowTest, AConstantMatrixPassesLightAsADiffuseMaterialDoes) {
   const double f = 0.15;
   const std::string data = constant(25, f);
   const std::string file = write("w.xml", window(block("Transmission Front", data) + block("Reflection Back", data) +

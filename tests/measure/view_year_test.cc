@@ -143,7 +143,7 @@ class SlowPolishedFloor : public testing::Test {
 TEST_F(SlowPolishedFloor, AgreesWithPicturesOfSingleHours) {
   for (const float alpha : {0.03f, 0.09f}) {
     const ViewYear found = year(alpha);
-    for (std::size_t hour = 0; hour < weather_.hours.size(); ++hour) {
+    for (const std::size_t hour : {0u, 3u}) {
       const Glare alone = glare_of_hour(room(alpha), view_, weather_.hours[hour], 512, 8);
       EXPECT_NEAR(found.illuminance[hour], alone.vertical_illuminance, 0.04 * alone.vertical_illuminance)
           << alpha << ' ' << hour;

@@ -140,7 +140,7 @@ TEST(Year, OfAnOpenSensorIsTheHorizontalIlluminance) {
   EXPECT_NEAR(share_under(state.coefficients, overcast_sky(model.patches, kGround))[0], 1, 0.01);
 }
 
-TEST(Year, OfSingleHoursIsWhatRendersOfThemMeasure) {
+TEST(SlowYear, OfSingleHoursIsWhatRendersOfThemMeasure) {
   SceneDescription d = ground_and_wall();
   Sensors sensors;
   sensors.add({0, 0.5f, -1}, {0, 1, 0});

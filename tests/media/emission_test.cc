@@ -93,7 +93,7 @@ TEST(EmissiveMedia, FillBasinsBelowTheirSurface) {
 }
 
 /// What the medium emits arrives at the walls, as often as they reflect it.
-TEST(EmissiveMedia, LoseNoLightInABox) {
+TEST(SlowEmissiveMedia, LoseNoLightInABox) {
   for (const float albedo : {0.0f, 0.5f})
     for (const float sigma_s : {0.0f, 1.0f}) {
       const Stage stage(filled_box(thin_emitter(sigma_s), albedo));
@@ -177,7 +177,7 @@ TEST(EmissiveMedia, AreAFurnace) {
 
 /// An endless medium in balance with the light that it absorbs: a white square in it is as bright, and so is all air.
 /// A seed has a standard deviation of 6% by photons.
-TEST(EmissiveMedia, FillAllSpace) {
+TEST(SlowEmissiveMedia, FillAllSpace) {
   SceneDescription d;
   add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_material(d, 1));
   Medium medium = medium_of(1, 0.5f, 0.2f);
@@ -194,7 +194,7 @@ TEST(EmissiveMedia, FillAllSpace) {
 }
 
 /// The same square, seen from close above, in thinner air: most of its light comes from far away.
-TEST(EmissiveMedia, LightSurfacesFromFarAway) {
+TEST(SlowEmissiveMedia, LightSurfacesFromFarAway) {
   for (const float sigma_t : {1.0f, 0.1f, 0.01f}) {
     SceneDescription d;
     add_quad(d, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, add_material(d, 1));
@@ -253,7 +253,7 @@ TEST_P(EmissiveMedium, IsALightGroup) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Corners, EmissiveMedium,
+    Slow, EmissiveMedium,
     testing::Values(LitCorner{"a box that glows",
                               [] {
                                 SceneDescription d = corner();

@@ -148,13 +148,13 @@ TEST_P(MediaScene, HasTheSameFramesForAnyNumberOfThreads) {
   EXPECT_GT(mean_luminance(frames[0].back()), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tiny, MediaScene,
+INSTANTIATE_TEST_SUITE_P(Slow, MediaScene,
                          testing::Values(TinyScene{"beams", [] { return foggy_floor(false); }},
-                                         TinyScene{"points of a coloured grid", [] { return foggy_floor(true); }},
-                                         TinyScene{"glass in gas", glass_in_gas}));
+                                         TinyScene{"points of a coloured grid", [] { return foggy_floor(true); }}));
+INSTANTIATE_TEST_SUITE_P(Tiny, MediaScene, testing::Values(TinyScene{"glass in gas", glass_in_gas}));
 
 /// The light of paths, within the noise of the few photons. Points near a boundary lose a part of their kernels.
-TEST(MediaSensors, AreLitAsByPaths) {
+TEST(SlowMediaSensors, AreLitAsByPaths) {
   for (const bool grid : {false, true}) {
     const Stage stage(foggy_floor(grid));
     const std::vector<double> paths = irradiance(stage, by_path(1, 1 << 14), kSensors, kUpwards),
@@ -187,7 +187,7 @@ SceneDescription fog_over_mirror(bool mirrored) {
 }
 
 /// No path meets the image of a lamp without size; photons bring its light to the fog.
-TEST(MediaPaths, FindTheLightOfLampsWithoutSizeInMirrors) {
+TEST(SlowMediaPaths, FindTheLightOfLampsWithoutSizeInMirrors) {
   const auto light = [](bool mirrored) {
     const Film film = Stage(fog_over_mirror(mirrored)).render(by_path(8, 256));
     double sum = 0;
@@ -216,7 +216,7 @@ TEST(MediaPaths, SeeTheFirstSurfaceBehindFog) {
 }
 
 /// The filter averages light of media, too.
-TEST(MediaFilter, TakesNoiseOffTheLightOfMedia) {
+TEST(SlowMediaFilter, TakesNoiseOffTheLightOfMedia) {
   const Stage stage(foggy_floor(false));
   RenderSettings settings = by_photons(32, 4, 4, 10'000, "blocked");
   settings.filter = Filtering::automatic;

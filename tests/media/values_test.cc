@@ -230,7 +230,7 @@ TEST(MediaFurnace, KeepsTheEnvironment) {
 
 /// Photons of the sky start in the medium around the scene, and meet all of it: also where it reaches far beyond the
 /// surfaces, and where its density falls from cell to cell.
-TEST(MediaFurnace, KeepsTheEnvironmentByPhotons) {
+TEST(SlowMediaFurnace, KeepsTheEnvironmentByPhotons) {
   const Box3 box{{-1, -1, -1}, {1, 1, 1}};
   Medium bounded = medium_of(1.5f, 1, 0.3f);
   bounded.bounds = box;
@@ -376,7 +376,7 @@ TEST(MediaPoints, SeeLampsThroughGrids) {
 }
 
 /// The light of groups is that of the picture, in media, too.
-TEST(MediaScenes, KeepLightGroupsApart) {
+TEST(SlowMediaScenes, KeepLightGroupsApart) {
   SceneDescription d = foggy_floor(false);
   Light lamp;
   lamp.name = "lamp";
@@ -397,7 +397,7 @@ TEST(MediaScenes, KeepLightGroupsApart) {
 }
 
 /// One medium, as that of the camera and of all space, and as a box around everything.
-TEST(MediaScenes, TellOneMediumInTwoWays) {
+TEST(SlowMediaScenes, TellOneMediumInTwoWays) {
   const auto room = [](bool boxed) {
     SceneDescription d;
     const std::uint32_t grey = add_material(d, 0.5f), black = add_material(d, 0);

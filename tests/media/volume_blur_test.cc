@@ -77,7 +77,7 @@ Scene cube_of_air(float sigma_t = 0) {
 
 /// Over four seeds, no factor that is tried has much less error than the chosen ones. Waves are longer than a kernel is
 /// wide: shorter ones are lost either way.
-TEST(BestRadiusFactors, MakeTheErrorLeast) {
+TEST(SlowBestRadiusFactors, MakeTheErrorLeast) {
   const Scene scene = cube_of_air();
   const Tracer tracer(scene);
   constexpr float kTried[] = {0.5f, 0.7f, 1, 1.4f, 2};

@@ -123,7 +123,7 @@ TEST_P(SheetInTheSky, ByPathTracing) { expect_albedo(by_path(16, 256)); }
 
 TEST_P(SheetInTheSky, ByPhotonMapping) { expect_albedo(by_photons(16, 64, 16, 1000)); }
 
-INSTANTIATE_TEST_SUITE_P(Materials, SheetInTheSky, testing::ValuesIn(material_cases()),
+INSTANTIATE_TEST_SUITE_P(Slow, SheetInTheSky, testing::ValuesIn(material_cases()),
                          [](const auto& info) { return info.param.name; });
 
 std::vector<MaterialCase> lossless_cases() {

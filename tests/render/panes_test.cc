@@ -106,7 +106,7 @@ TEST_P(Panes, MakeNoCausticPhotonsButByTheirReflections) {
   EXPECT_LT(pass.caustic.size(), pass.global.size() / 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(Materials, Panes, testing::ValuesIn(pane_cases()),
+INSTANTIATE_TEST_SUITE_P(Slow, Panes, testing::ValuesIn(pane_cases()),
                          [](const auto& info) { return info.param.name; });
 
 /// A leaf of glTF between a lamp and a floor: all light of the floor comes through the leaf.

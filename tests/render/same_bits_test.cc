@@ -100,7 +100,7 @@ TEST(SlowSameBits, OfEveryEngineForThreadsMemoryAndDisk) {
 
 TEST(SlowSameBits, OfGlossySurfacesCausticsAndProgressiveRenders) {
   const Stage glass(builtin_scene("glass-sphere")), glossy(builtin_scene("atrium"));
-  for (const char* engine : {"blocked", "forward", "reverse", "knn"}) {
+  for (const char* engine : {"blocked", "reverse"}) {
     SCOPED_TRACE(engine);
     RenderSettings settings = small_picture(engine);
     expect_same_bits(glossy, settings, {1, 3}, {256}, {DiskUse::always, DiskUse::never});

@@ -100,8 +100,8 @@ struct Place {
 };
 /// A hundred sizes away, coordinates are rounded to a hundred-thousandth of the scene, and the picture's pixels with
 /// them.
-constexpr Place kPlaces[] = {{1e-6f, 0, false, 1e-5}, {1e-3f, 0, false, 1e-5},  {1e3f, 0, false, 1e-5},
-                             {1e6f, 0, false, 1e-5},  {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 1e-4}};
+constexpr Place kPlaces[] = {
+    {1e-6f, 0, false, 1e-5}, {1e6f, 0, false, 1e-5}, {1e-3f, 100, true, 1e-4}, {1, 1e4f, true, 1e-4}};
 
 /// bench/tables_scales.py may ask for fewer.
 std::uint32_t scale_seeds() {
@@ -141,7 +141,7 @@ struct Differences {
 class SlowScaledScenes : public testing::TestWithParam<const char*> {};
 
 /// Paired over seeds. 8 standard errors of 16 seeds: by Student's distribution a chance of one in a million for each
-/// of the 2,664 means.
+/// of the 1,184 means.
 TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   constexpr double kErrors = 8;
   const std::uint32_t seeds = scale_seeds();
@@ -175,7 +175,8 @@ TEST_P(SlowScaledScenes, LookTheSameAnywhere) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Slow, SlowScaledScenes, testing::ValuesIn(kScenes), scene_test_name);
+INSTANTIATE_TEST_SUITE_P(Slow, SlowScaledScenes, testing::Values("cornell", "ajar", "glass-sphere", "ring"),
+                         scene_test_name);
 
 }  // namespace
 }  // namespace glowworm
