@@ -28,9 +28,10 @@ namespace glowworm {
 
 namespace {
 
-/// Pixels along the longer side, and samples, of the pictures that the exposure is chosen by.
+/// Pixels along the longer side, samples and photons of the pictures that the exposure is chosen by. Gathered light has
+/// little noise: paths of as many samples leave most pixels of a dim room black, and the others too bright.
 constexpr int kExposureSide = 48;
-constexpr std::uint32_t kExposureSamples = 4;
+constexpr std::uint32_t kExposureSamples = 4, kExposurePhotons = 50'000;
 
 /// Slices of the time of a shutter. A render that ends by time or noise may need many.
 std::uint32_t slices_of(const RenderSettings& s) {
@@ -243,8 +244,8 @@ float Sequence::exposure(const RenderSettings& settings) {
   const LitScene& lit = scene_at({0, 0});
   const RenderSettings size = resolve(settings, *lit.scene);
   RenderSettings s;
-  s.integrator = Integrator::path;
   s.samples = kExposureSamples;
+  s.photons = kExposurePhotons;
   const double scale = std::min(1.0, 1.0 * kExposureSide / std::max(size.width, size.height));
   s.width = std::max(1, static_cast<int>(size.width * scale));
   s.height = std::max(1, static_cast<int>(size.height * scale));

@@ -278,6 +278,22 @@ TEST_F(SequenceTest, AnInterruptedFrameLeavesNoFile) {
   EXPECT_FALSE(fs::exists(path("a0.exr")));
 }
 
+/// Of a room whose light is mostly indirect.
+TEST_F(SequenceTest, FramesAreExposedLikeAPicture) {
+  write_script(R"({"at": 0, "look": [0, 0]})");
+  const auto mean_luminance = [&](std::vector<std::string> more, const std::string& picture) {
+    more.insert(more.end(), {"--size", "48x36", "--samples", "4", "--gather", "12", "--photons", "50k"});
+    const Outcome made = render("builtin:ajar", more);
+    EXPECT_EQ(made.status, 0) << made.err;
+    double sum = 0;
+    for (const RGB& pixel : read_image(path(picture)).rgb()) sum += luminance(pixel);
+    return sum;
+  };
+  const double alone = mean_luminance({"-o", "alone.png"}, "alone.png"),
+               frame = mean_luminance({"--script", "moves.json", "--frames", "0-0", "-o", "f#.png"}, "f0.png");
+  EXPECT_NEAR(frame, alone, 0.1 * alone);
+}
+
 TEST_F(SequenceTest, PipesPicturesToFfmpeg) {
   const Outcome made = render("builtin:cornell", {"--turntable", "2", "-o", "a#.png", "-o", "a.mp4"}, with_ffmpeg());
   ASSERT_EQ(made.status, 0) << made.err;
