@@ -49,6 +49,7 @@ PhotonMapSettings Job::map_settings(const RenderSettings& s, std::uint32_t pass)
     wanted.air_choice = by_paths  ? PhotonChoice::unseen_by_paths
                         : gathers ? PhotonChoice::caustic_of_deltas
                                   : PhotonChoice::all;
+    wanted.air_extrapolates = by_paths;
   }
   wanted.light_groups = light_groups_;
   wanted.diagnosed = s.place_layers().values.has(SlotValue::radius);

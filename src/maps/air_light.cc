@@ -47,6 +47,32 @@ const std::array<Vec2, kPlaces>& even_places() {
   return places;
 }
 
+/// The kernel of a part of a disc around its middle, over the share of it that a point sees.
+class DiscKernel {
+ public:
+  /// @param squared radius of the disc, m^2 @param part of its area @param hidden for each of even_places()
+  DiscKernel(KernelShape shape, float squared, float part, std::span<const std::uint8_t> hidden)
+      : shape_(shape), squared_(squared * part) {
+    double all = 0, seen = 0;
+    for (std::size_t p = 0; p < kPlaces; ++p) {
+      const Vec2 place = even_places()[p];
+      const float w = weight((place.x * place.x + place.y * place.y) / part);
+      all += w;
+      if (!hidden[p]) seen += w;
+    }
+    // A point that sees a photon sees a part of the disc, if a small one.
+    factor_ = static_cast<float>(all / std::max(seen, all / kPlaces)) / squared_;
+  }
+  /// m^-2. @param squared distance from the middle, m^2
+  float at(float squared) const { return weight(squared / squared_) * factor_; }
+
+ private:
+  float weight(float share) const { return share < 1 ? kernel(shape_, share) : 0; }
+
+  KernelShape shape_;
+  float squared_, factor_ = 0;
+};
+
 /// Estimates for a few points.
 class Lookup {
  public:
@@ -132,22 +158,15 @@ class Lookup {
       rays.push_back({point.position, 0, (frame.s * place.x + frame.t * place.y) * radius, 1});
     std::vector<std::uint8_t> hidden(rays.size());
     tracer_.occluded(rays, hidden);
-    const auto weight = [&](float d_squared) { return kernel(light_.kernel, d_squared); };
-    double all = 0, seen = 0;
-    for (std::size_t p = 0; p < kPlaces; ++p) {
-      const Vec2 place = even_places()[p];
-      const float w = weight(place.x * place.x + place.y * place.y);
-      all += w;
-      if (!hidden[near.size() + p]) seen += w;
-    }
-    // A point that sees a photon sees a part of the disc, if a small one.
-    const auto factor = static_cast<float>(all / std::max(seen, all / kPlaces)) / squared;
+    const std::span<const std::uint8_t> hidden_places = std::span(hidden).subspan(near.size());
+    const DiscKernel whole(light_.kernel, squared, 1, hidden_places), half(light_.kernel, squared, 0.5f, hidden_places);
     for (std::size_t n = 0; n < near.size(); ++n) {
       if (hidden[n]) continue;
       const PhotonSegment& segment = light_.segments[near[n].segment];
       const RGB left = transmittance(segment.absorption, near[n].distance);
-      radiance.add(part, point.slot, segment.flux * left * (weight(near[n].radius_squared / squared) * factor),
-                   segment.light);
+      const float of_whole = whole.at(near[n].radius_squared),
+                  weight = light_.extrapolates ? 2 * half.at(near[n].radius_squared) - of_whole : of_whole;
+      radiance.add(part, point.slot, segment.flux * left * weight, segment.light);
     }
     return rays.size();
   }

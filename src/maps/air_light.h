@@ -36,6 +36,7 @@ struct AirLight {
   std::uint32_t nearest = 1;            ///< photons of an estimate, unless more than `most_radius` would hold them
   KernelShape kernel = KernelShape::epanechnikov;
   float radius_scale = 1;                     ///< factor on the radii
+  bool extrapolates = false;                  ///< to discs without radius, as PassSettings::extrapolates
   std::shared_ptr<const LightImages> images;  ///< whose light photons leave to rays; null where no photons are traced
 };
 

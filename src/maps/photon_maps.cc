@@ -128,6 +128,7 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
   settings_ = wanted;
   air_.kernel = settings_.kernel;
   air_.radius_scale = settings_.radius_scale;
+  air_.extrapolates = settings_.air_extrapolates;
   if (is_done()) return;
   // Photons of more paths would replace photons of fewer paths, which have changed the flux of the others.
   const bool has_too_few = caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths();

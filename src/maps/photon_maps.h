@@ -33,6 +33,7 @@ struct PhotonMapSettings : IndexInputs {  // of the global map
   std::uint64_t more_caustic_paths = 0;
 
   bool diagnosed = false;                       ///< an index that counts photons, for false colours
+  bool air_extrapolates = false;                ///< AirLight::extrapolates
   bool narrow = false, narrow_caustic = false;  ///< make PhotonMaps::narrow(), narrow_caustic()
   bool sampled = false;                         ///< make PhotonMaps::sample(), caustic_sample() and signed_media()
   /// Keep the photons beside the engines' indices, so that new radii, kernels and engines need no new tracing.

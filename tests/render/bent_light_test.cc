@@ -189,6 +189,47 @@ TEST(SlowBentLight, SensorsSeeTheLightOfAFloorCloseUnderGlass) {
   }
 }
 
+/// A lamp and a sensor above a plate of glass: the light from its upper face comes by an image, and photons bring what
+/// its lower face reflects, over discs in which it changes. By Fresnel and Snell, with all reflections inside.
+TEST(SlowBentLight, SensorsMeetALampInTheLowerFaceOfGlass) {
+  SceneDescription d;
+  Material glass;
+  glass.kind = MaterialKind::dielectric;
+  glass.reflectance.value = glass.transmittance.value = RGB(1.0f);
+  d.materials.push_back(glass);
+  add_quad(d, {-3, -3, 0.1f}, {6, 0, 0}, {0, 6, 0});
+  add_quad(d, {-3, -3, 0}, {0, 6, 0}, {6, 0, 0});
+  Light lamp;
+  lamp.position = {0, 0, 1};
+  lamp.intensity = RGB(3.0f);
+  d.lights.push_back(lamp);
+  const Stage stage(std::move(d));
+  const double away = 0.3, heights = 0.9 + 0.4, thickness = 0.1, eta = 1.5;
+  double expected = 0;
+  for (int passes = 0; passes < 6; ++passes) {
+    const auto distance = [&](double sine) {
+      return heights * sine / std::sqrt(1 - sine * sine) +
+             2 * passes * thickness * sine / std::sqrt(eta * eta - sine * sine);
+    };
+    double low = 0, high = 1 - 1e-9;
+    for (int i = 0; i < 60; ++i) (distance((low + high) / 2) < away ? low : high) = (low + high) / 2;
+    const double sine = low, cosine = std::sqrt(1 - sine * sine), inside = std::sqrt(1 - sine * sine / (eta * eta));
+    const double across = (cosine - eta * inside) / (cosine + eta * inside),
+                 along = (eta * cosine - inside) / (eta * cosine + inside);
+    const double reflected = (across * across + along * along) / 2;
+    const double share =
+        passes == 0 ? reflected : (1 - reflected) * (1 - reflected) * std::pow(reflected, 2 * passes - 1);
+    // Solid angle over area: sin d(sin) / cos over x dx.
+    const double slope = (distance(sine + 1e-6) - distance(sine - 1e-6)) / 2e-6;
+    expected += 3 * share * sine / (cosine * away * slope);
+  }
+  for (const Integrator by : {Integrator::gather, Integrator::path}) {
+    SCOPED_TRACE(static_cast<int>(by));
+    const auto readings = measure(stage, integrator(by, 256), {{{0.3f, 0, 0.5f}, {0, 0, -1}}});
+    expect_light(readings[0], expected, 0.03);
+  }
+}
+
 /// Radiance from `direction` in a unit box of mirrors that emit 1, by following the ray until nothing is left.
 double glow(Vec3 at, Vec3 direction, double reflectance) {
   double light = 0, weight = 1;
