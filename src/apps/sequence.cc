@@ -87,7 +87,7 @@ void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions
   add_number(c, "--reuse", o.reuse, 0, 1000,
              "Against flicker: use gathered light of this many frames before again, where the same places show the "
              "same light. A frame is the same alone, but then takes as long as all of these; so --part and mpirun "
-             "divide the frames into runs of neighbours. --noise counts this light, but in every (N + 1)-th frame. "
+             "divide the frames into runs of neighbours. --noise counts this light, except in every (N + 1)-th frame. "
              "Where lights or things move, no light is used again")
       ->option_text("N [0]")
       ->group(group);

@@ -59,7 +59,7 @@ struct Square {
   double of_one_sample = 0;   ///< the same if each pixel had one sample
   double earlier = 0;         ///< sum of FilmPicture::earlier
 
-  /// Samples of a pixel that the error tells of.
+  /// Samples of a pixel behind the error: its own and those of earlier frames.
   double all_samples() const { return samples + earlier / pixels; }
 };
 

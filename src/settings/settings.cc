@@ -39,8 +39,8 @@ constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 
 constexpr double kPhotonsOfPaths = 50'000, kAllPhotonsOfPaths = 3'200'000, kMinMapOfPaths = 20;
 /// Photons of a sample of few points, at which they are aimed: this number, or k for each point.
 constexpr double kPhotonsOfPoints = 1562;
-/// Photons of an estimate: radii hold so many; and of one of a point by paths. There the thousands of maps average the
-/// noise, but all have the same blur.
+/// Photons of an estimate: radii hold so many. Points by paths take fewer: thousands of maps average the noise, but all
+/// have the same blur.
 constexpr std::uint32_t kNearest = 50, kNearestOfPoints = 20;
 /// A render with a time limit makes its first image within this share of it, on a machine with this number of cores. It
 /// is a constant because the choice must not depend on the machine.
