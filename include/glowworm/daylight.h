@@ -22,6 +22,7 @@ struct DaylightOptions {
   int sky_patches = 145;     ///< Tregenza's, or 577: Reinhart's
   double ground = 0.2;       ///< reflectance of the ground outside
   double sun_step = 7.5;     ///< degrees between places of the sun for its reflected light
+  double turn = 0;           ///< degrees from -z to north, counter-clockwise seen from above
 
   std::string hours = "8-18";          ///< occupied hours of every day, FROM-TO in standard time
   std::vector<std::uint8_t> occupied;  ///< in place of them: 0 or 1 for each hour of the file

@@ -101,7 +101,7 @@ YearInputs read_inputs(const DaylightOptions& o, const std::string& path) {
   const RenderSettings asked = settings_of(o.render, Command::measure);
   check_year_settings(asked);
   const MetricLimits limits = limits_of(o);
-  const WeatherYear weather = parse_weather_year(read_input_file(path), path);
+  const WeatherYear weather = parse_weather_year(read_input_file(path), path, o.turn);
   for (const std::string& note : weather.notes) warn(path + ": " + note);
   YearInputs out{asked, limits, {}, YearModel(weather, path, o.sky_patches, o.ground, o.sun_step), {}};
   out.occupied = occupied_of(o, weather.hours);

@@ -45,6 +45,7 @@ struct DaylightOptions : LightOptions {
   std::vector<std::string> shades, boxes;
   std::string views, dgp;
   std::uint32_t patches = 145, side = kViewSide;
+  double turn = 0;  // degrees: SkyMoment::turn
   double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
 
   /// Shows the progress of the work on a state of the scene.
@@ -88,6 +89,9 @@ void check_options(const DaylightOptions& o) {
     throw CommandLineError(fmt::format("'{}' does not end in .csv or .json", o.metrics));
   if (o.shades.empty() != o.shade_schedule.empty())
     throw CommandLineError("--shade and --shade-schedule are given together or not at all");
+  for (const char* const option : {"--sky", "--environment", "--environment-scale"})
+    if (std::count(o.changes.given.begin(), o.changes.given.end(), option) > 0)
+      throw CommandLineError(fmt::format("a year has the sky of --epw, and no {}", option));
   read_command_line([&] { check_year_settings(o.table.settings); });
   limits_of(o);
 }
@@ -120,7 +124,7 @@ struct YearInputs {
 };
 
 YearInputs read_inputs(const DaylightOptions& o) {
-  const WeatherYear weather = parse_weather_year(read_input_file(o.weather), o.weather);
+  const WeatherYear weather = parse_weather_year(read_input_file(o.weather), o.weather, o.turn);
   for (const std::string& note : weather.notes) inform(fmt::format("note: {}: {}", o.weather, note));
   YearInputs out{YearModel(weather, o.weather, static_cast<int>(o.patches), o.ground, o.sun_step), {}, {}};
   if (!o.sky_matrix.empty())
@@ -245,6 +249,7 @@ void write_year(const DaylightOptions& o, const Year& year, const YearInputs& in
 int run_daylight(DaylightOptions& o) {
   o.apply();
   check_options(o);
+  o.turn = std::exchange(o.changes.changes.environment_turn, 0.0f);
   for (const std::string& box : o.boxes) read_command_line([&] { parse_rated_box(box); });
   OutputFiles files = files_of(o);
   const std::uint64_t memory_bytes = o.memory_bytes();

@@ -11,7 +11,6 @@
 #include "core/input_file.h"
 #include "core/log.h"
 #include "import/ies/luminaire.h"
-#include "measure/doubts.h"
 #include "scene/light_rig.h"
 #include "session/command_text.h"
 #include "settings/settings.h"
@@ -91,10 +90,10 @@ std::shared_ptr<const Scene> open_measured_scene(LightOptions& o, const std::str
   });
   ImportOptions options;
   options.budget = loading_budget(o.memory_bytes());
+  o.changes.changes.studio_light = false;
   std::shared_ptr<const Scene> scene = open_scene(path, options, o.changes.changes, &files);
   std::string camera;
   read_command_line([&] { scene = scene_of_view(scene, o.lights, "", camera); });
-  scene = lit_by_its_own(scene);
   tell_notes(*scene, path);
   return scene;
 }

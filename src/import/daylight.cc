@@ -161,7 +161,7 @@ std::optional<PerezSky> perez_sky(const SkyMoment& moment, const SolarIrradiance
   SkyModel& sky = out.shape;
   sky.a = static_cast<float>(k[0]), sky.b = static_cast<float>(std::min(k[1], 0.0)), sky.c = static_cast<float>(k[2]);
   sky.d = static_cast<float>(k[3]), sky.e = static_cast<float>(k[4]);
-  sky.sun = sky_direction(static_cast<float>(sun.altitude), static_cast<float>(sun.azimuth));
+  sky.sun = sky_direction(static_cast<float>(sun.altitude), static_cast<float>(sun.azimuth - moment.turn));
   out.diffuse = e.diffuse_horizontal * of_sky / kLuminousEfficacy;
   out.direct = is_up ? e.direct_normal * of_sun / kLuminousEfficacy : 0;
   return out;

@@ -12,6 +12,7 @@ struct SkyMoment {
   double hour = 12;                    ///< standard time, 0 to 24
   double latitude = 0, longitude = 0;  ///< degrees, north and east positive
   double zone = 0;                     ///< hours of standard time before UTC's, east positive
+  double turn = 0;                     ///< degrees from the scene's -z to north, counter-clockwise seen from above
 };
 
 /// The sun's place, degrees.

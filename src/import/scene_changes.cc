@@ -197,7 +197,7 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   if (changes.visibility > 0) add_haze(d, changes.visibility);
   if (changes.luminous_openings) add_luminous_openings(d);
   if (!changes.sky.empty()) {
-    add_sky(changes.sky, d);
+    add_sky(changes.sky, changes.environment_turn, d);
   } else if (changes.uniform_radiance) {
     d.environment = Environment{};
     d.environment->name = "environment";
@@ -210,9 +210,10 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
     d.notes.push_back("--environment-turn and --environment-scale have no effect: the scene has no environment");
     return;
   }
+  d.environment->scale *= changes.environment_scale;
+  if (!changes.sky.empty()) return;  // it is turned with its sun
   const float c = std::cos(changes.environment_turn * kPi / 180), s = std::sin(changes.environment_turn * kPi / 180);
   d.environment->to_world = Transform{{c, 0, -s}, {0, 1, 0}, {s, 0, c}, {0, 0, 0}} * d.environment->to_world;
-  d.environment->scale *= changes.environment_scale;
 }
 
 }  // namespace glowworm

@@ -33,7 +33,7 @@ constexpr SceneOption kSceneOptions[] = {
        check_sky(text);
        c.sky = text;
      }},
-    {"--environment-turn", "DEGREES [0]", "Rotate the environment to the left",
+    {"--environment-turn", "DEGREES [0]", "Rotate the environment to the left; with --sky, its sun, too",
      [](SceneChanges& c, const std::string& text) {
        c.environment_turn = parse_number("--environment-turn", text, -3600, 3600);
      }},

@@ -103,19 +103,21 @@ void check_sky(const std::string& text) {
     refuse(text);
 }
 
-void add_sky(const std::string& text, SceneDescription& scene) {
+void add_sky(const std::string& text, double turn, SceneDescription& scene) {
   check_sky(text);
   if (text.starts_with(kPerez)) {
-    const PerezText t = read_perez(text);
+    PerezText t = read_perez(text);
+    t.moment.turn = turn;
     return add_perez_sky(t.moment, t.irradiance, t.ground, scene);
   }
   if (text.starts_with(kWeather)) {
     const WeatherText t = read_weather(text);
-    const WeatherHour hour = parse_weather_hour(read_input_file(t.file), t.file, t.month, t.day, t.hour);
+    WeatherHour hour = parse_weather_hour(read_input_file(t.file), t.file, t.month, t.day, t.hour);
+    hour.moment.turn = turn;
     return add_perez_sky(hour.moment, hour.irradiance, t.ground, scene);
   }
   const CieText t = read_cie(text);
-  const Vec3 sun = sky_direction(static_cast<float>(t.altitude), static_cast<float>(t.azimuth));
+  const Vec3 sun = sky_direction(static_cast<float>(t.altitude), static_cast<float>(t.azimuth - turn));
   scene.environment = sky_environment(cie_sky(t.type, sun, t.lux / kLuminousEfficacy, t.ground));
 }
 

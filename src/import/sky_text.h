@@ -18,6 +18,7 @@ void check_sky(const std::string& text);
 /// horizontal irradiance (W m^-2), standard time and place (SkyMoment).
 /// "epw:FILE,MONTH,DAY,HOUR[,GROUND]": the same by the hour (1 to 24) of a weather file.
 /// Throws Error as check_sky(), add_perez_sky() and parse_weather_hour() do.
-void add_sky(const std::string& text, SceneDescription& scene);
+/// @param turn degrees from -z to north, counter-clockwise seen from above
+void add_sky(const std::string& text, double turn, SceneDescription& scene);
 
 }  // namespace glowworm

@@ -223,7 +223,7 @@ WeatherHour parse_weather_hour(std::string_view text, const std::string& path, i
   return out;
 }
 
-WeatherYear parse_weather_year(std::string_view text, const std::string& path) {
+WeatherYear parse_weather_year(std::string_view text, const std::string& path, double turn) {
   WeatherRecords records(text, path);
   WeatherYear out;
   YearDoubts doubts;
@@ -237,6 +237,7 @@ WeatherYear parse_weather_year(std::string_view text, const std::string& path) {
       global += records.global();
     }
     hour.moment.hour = middle_of_daylight(hour.moment, hour.hour - 1, hour.hour);
+    hour.moment.turn = turn;
     doubts.look_at(hour, global);
     out.hours.push_back(hour);
   }

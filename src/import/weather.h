@@ -30,6 +30,7 @@ struct WeatherYear {
 };
 
 /// Reads all hours. Throws Error as parse_weather_hour() does, and for the first hour whose irradiance is missing.
-WeatherYear parse_weather_year(std::string_view text, const std::string& path);
+/// @param turn SkyMoment::turn of all of them
+WeatherYear parse_weather_year(std::string_view text, const std::string& path, double turn = 0);
 
 }  // namespace glowworm

@@ -81,7 +81,7 @@ YearModel::YearModel(const WeatherYear& weather, const std::string& path, int pa
                      double sun_step)
     : patches(patch_count),
       sky(year_sky(weather, patches, ground_reflectance)),
-      suns(weather.hours.front().moment.latitude, sky.sun, sky.beam, sun_step),
+      suns(weather.hours.front().moment, sky.sun, sky.beam, sun_step),
       ground(ground_reflectance) {
   if (sky.lit.empty()) throw Error({path}, "has no hour with light");
 }

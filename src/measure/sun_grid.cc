@@ -13,10 +13,12 @@ constexpr double kHorizon = 1 * kSunDegree;
 
 }  // namespace
 
-SunGrid::SunGrid(double latitude, std::span<const Vec3> suns, std::span<const float> beam, double step) {
-  const double up = std::sin(latitude * kSunDegree), across = std::cos(latitude * kSunDegree);
-  pole_ = {0, up, -across};
-  meridian_ = {0, across, up};
+SunGrid::SunGrid(const SkyMoment& site, std::span<const Vec3> suns, std::span<const float> beam, double step) {
+  const double up = std::sin(site.latitude * kSunDegree), across = std::cos(site.latitude * kSunDegree);
+  const double c = std::cos(site.turn * kSunDegree), s = std::sin(site.turn * kSunDegree);
+  pole_ = {-s * across, up, -c * across};
+  meridian_ = {s * up, across, c * up};
+  west_ = {-c, 0, s};
   shares_.resize(suns.size());
   std::vector<std::size_t> shining;
   std::vector<double> declination, hour_angle;
@@ -25,7 +27,7 @@ SunGrid::SunGrid(double latitude, std::span<const Vec3> suns, std::span<const fl
     const Vec3d d(suns[i]);
     shining.push_back(i);
     declination.push_back(std::asin(std::clamp(dot(d, pole_), -1.0, 1.0)));
-    hour_angle.push_back(std::atan2(-d.x, dot(d, meridian_)));
+    hour_angle.push_back(std::atan2(dot(d, west_), dot(d, meridian_)));
   }
   if (shining.empty()) return;
   const auto [least, most] = std::minmax_element(declination.begin(), declination.end());
@@ -53,9 +55,8 @@ SunGrid::SunGrid(double latitude, std::span<const Vec3> suns, std::span<const fl
 std::uint32_t SunGrid::node(int row, int column, double declination, double hour_angle) {
   const auto [found, added] = node_of_.try_emplace({row, column}, static_cast<std::uint32_t>(places_.size()));
   if (!added) return found->second;
-  const Vec3d west{-1, 0, 0};
   Vec3d d = pole_ * std::sin(declination) +
-            (meridian_ * std::cos(hour_angle) + west * std::sin(hour_angle)) * std::cos(declination);
+            (meridian_ * std::cos(hour_angle) + west_ * std::sin(hour_angle)) * std::cos(declination);
   if (d.y < std::sin(kHorizon)) {
     const double flat = std::max(std::hypot(d.x, d.z), 1e-9);
     d = {d.x / flat * std::cos(kHorizon), std::sin(kHorizon), d.z / flat * std::cos(kHorizon)};

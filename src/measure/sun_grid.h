@@ -9,6 +9,7 @@
 
 #include "core/transform_double.h"
 #include "core/vec.h"
+#include "import/daylight.h"
 
 namespace glowworm {
 
@@ -23,9 +24,9 @@ class SunGrid {
   };
   using Shares = std::array<Share, 4>;  ///< weights add up to 1
 
-  /// @param latitude degrees @param suns unit, towards the sun; y is up, north is -z, east is x
+  /// @param site any moment there @param suns unit, towards the sun; y is up
   /// @param beam irradiance of each of them: those of 0 get no nodes @param step degrees between nodes
-  SunGrid(double latitude, std::span<const Vec3> suns, std::span<const float> beam, double step);
+  SunGrid(const SkyMoment& site, std::span<const Vec3> suns, std::span<const float> beam, double step);
 
   /// Unit, towards the sun.
   std::span<const Vec3> places() const { return places_; }
@@ -35,7 +36,8 @@ class SunGrid {
  private:
   std::uint32_t node(int row, int column, double declination, double hour_angle);
 
-  Vec3d pole_, meridian_;  // unit: towards the celestial pole, and where the equator culminates
+  // Unit: towards the celestial pole, where the equator culminates, and west.
+  Vec3d pole_, meridian_, west_;
   std::map<std::pair<int, int>, std::uint32_t> node_of_;
   std::vector<Vec3> places_;
   std::vector<Shares> shares_;

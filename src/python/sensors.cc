@@ -63,6 +63,7 @@ api::DaylightOptions options_of_year(const py::dict& given, const py::kwargs& mo
   o.sky_patches = given["sky_patches"].cast<int>();
   o.ground = given["ground"].cast<double>();
   o.sun_step = given["sun_step"].cast<double>();
+  o.turn = given["turn"].cast<double>();
   o.hours = given["hours"].cast<std::string>();
   o.occupied = by_hour<std::uint8_t>(given["occupied"], "occupied");
   for (const py::handle& shade : given["shades"]) o.shades.push_back(shade.cast<api::Scene>());

@@ -164,6 +164,8 @@ TEST_F(DaylightTest, RefusesWhatDoesNotFit) {
   EXPECT_TRUE(refused(daylight({}), {"no output"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.txt"}), {"y.txt", ".csv"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--hours", "18-8"}), {"18-8"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--sky", "cie:16"}), {"--sky"}, 2));
+  EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--environment-scale", "2"}), {"--environment-scale"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--udi", "300,100,3000"}), {"--udi"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--shade", "floor.obj"}), {"--shade-schedule"}, 2));
   EXPECT_TRUE(refused(daylight({"-o", "y.csv", "--box", "a,1,2"}), {"--box"}, 2));

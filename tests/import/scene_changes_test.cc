@@ -101,6 +101,22 @@ TEST_F(SceneChangesTest, LatLongImagesReplaceTheEnvironmentTurnedAndScaled) {
   EXPECT_NEAR(radiance(*turned, {0, up, -ahead}).g, 0, 1e-3f);
 }
 
+/// North of a sky, and its sun with it.
+TEST_F(SceneChangesTest, SkiesTurnWithTheirSuns) {
+  for (const std::string sky : {"perez:700,120,6,21,9,48,0,0", "cie:12,40,120"}) {
+    SceneChanges changes;
+    changes.sky = sky;
+    const SceneDescription plain = changed(changes);
+    changes.environment_turn = 90;
+    const SceneDescription turned = changed(changes);
+    const auto left = [](Vec3 d) { return Vec3{d.z, d.y, -d.x}; };
+    for (const Vec3 d : {normalize({1, 1, 0}), normalize({0, 0.5f, -1}), normalize({-1, 0.2f, -1})})
+      EXPECT_NEAR(radiance(*turned.environment, left(d)).g / radiance(*plain.environment, d).g, 1, 1e-4) << sky;
+    for (std::size_t i = 0; i < plain.lights.size(); ++i)
+      if (plain.lights[i].name == "sun") expect_close(turned.lights[i].direction, left(plain.lights[i].direction));
+  }
+}
+
 TEST_F(SceneChangesTest, SquareImagesAreEqualAreaMapsWithTheirMiddleUp) {
   SceneChanges changes;
   parse_environment(image_file(5, 5, 2, 2), changes);

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 
 SceneDescription under(const std::string& sky) {
   SceneDescription d = floor_description();
-  add_sky(sky, d);
+  add_sky(sky, 0, d);
   return d;
 }
 

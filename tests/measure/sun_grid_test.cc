@@ -27,7 +27,7 @@ TEST(SunGrid, SurroundsEverySun) {
   constexpr double kStep = 10;
   for (const double latitude : {48.0, 0.0, -33.0, 78.0, 90.0}) {
     const std::vector<Vec3> suns = suns_at(latitude);
-    const SunGrid grid(latitude, suns, std::vector<float>(suns.size(), 1.0f), kStep);
+    const SunGrid grid({.latitude = latitude}, suns, std::vector<float>(suns.size(), 1.0f), kStep);
     ASSERT_EQ(grid.shares().size(), suns.size());
     EXPECT_LT(grid.places().size(), 250u) << latitude;
     for (std::size_t i = 0; i < suns.size(); ++i) {
@@ -54,10 +54,10 @@ TEST(SunGrid, SurroundsEverySun) {
 
 TEST(SunGrid, HasNoPlacesForSunsThatDoNotShine) {
   const std::vector<Vec3> suns = {sky_direction(30, 180), sky_direction(5, 90)};
-  const SunGrid grid(48, suns, std::vector<float>{1, 0}, 5);
+  const SunGrid grid({.latitude = 48}, suns, std::vector<float>{1, 0}, 5);
   EXPECT_LE(grid.places().size(), 4u);
   for (const SunGrid::Share& share : grid.shares()[1]) EXPECT_EQ(share.weight, 0);
-  EXPECT_TRUE(SunGrid(48, {}, {}, 5).places().empty());
+  EXPECT_TRUE(SunGrid({.latitude = 48}, {}, {}, 5).places().empty());
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ struct Model {
   explicit Model(const WeatherYear& year, int count = 145, double step = 7.5)
       : sky(year_sky(year, SkyPatches(count), kGround)),
         patches(count),
-        grid(year.hours.front().moment.latitude, sky.sun, sky.beam, step) {}
+        grid(year.hours.front().moment, sky.sun, sky.beam, step) {}
 
   YearState state_of(const SceneDescription& d, const Sensors& sensors, std::uint32_t seed = 0) const {
     const auto points = coefficient_grid(sensors, false);
@@ -86,6 +86,28 @@ SceneDescription ground_and_wall() {
   SceneDescription d = ground_alone();
   add_quad(d, {-2, 0, -2}, {4, 0, 0}, {0, 2, 0});
   return d;
+}
+
+/// Suns turn with the site, and so do their places.
+TEST(YearSky, TurnsWithTheNorth) {
+  WeatherYear year = some_hours();
+  const YearSky plain = year_sky(year, SkyPatches(145), kGround);
+  const SunGrid grid(year.hours.front().moment, plain.sun, plain.beam, 10);
+  for (WeatherHour& hour : year.hours) hour.moment.turn = 90;
+  const YearSky turned = year_sky(year, SkyPatches(145), kGround);
+  const SunGrid turned_grid(year.hours.front().moment, turned.sun, turned.beam, 10);
+  ASSERT_EQ(turned.sun.size(), plain.sun.size());
+  const auto left = [](Vec3 d) { return Vec3{d.z, d.y, -d.x}; };
+  const auto interpolated = [](const SunGrid& of, std::size_t sun) {
+    Vec3 sum{0, 0, 0};
+    for (const SunGrid::Share& share : of.shares()[sun])
+      if (share.weight > 0) sum += of.places()[share.place] * share.weight;
+    return sum;
+  };
+  for (std::size_t i = 0; i < plain.sun.size(); ++i) {
+    EXPECT_LT(length(turned.sun[i] - left(plain.sun[i])), 1e-6f) << i;
+    EXPECT_LT(length(interpolated(turned_grid, i) - left(interpolated(grid, i))), 1e-4f) << i;
+  }
 }
 
 TEST(YearSky, KeepsTheHorizontalIrradiance) {

@@ -294,6 +294,7 @@ def daylight(
     sky_patches: int = 145,
     ground: float = 0.2,
     sun_step: float = 7.5,
+    turn: float = 0,
     autonomy_lux: float = 300,
     sun_lux: float = 1000,
     sun_hours: float = 250,
@@ -307,8 +308,9 @@ def daylight(
     weather: a weather file (EPW). points: (m, 3), metres. normals: (m, 3), unit. hours: the occupied hours of every day,
     in standard time, or occupied: 0 or 1 for each hour of the file. shades: scenes in other states of their shades, and
     shade_of_hour: 0 for scene, or n for the n-th of them, for each hour. area: m^2 around each sensor, for sDA and ASE.
-    ground: reflectance of the ground outside. Of the other keywords, samples (two a round), photons, gather, nearest,
-    noise, time, seed and memory have an effect; `glowworm daylight --help` explains all of them.
+    ground: reflectance of the ground outside. turn: degrees from -z to north, to the left. Of the other keywords,
+    samples (two a round), photons, gather, nearest, noise, time, seed and memory have an effect; `glowworm daylight
+    --help` explains all of them.
 
     Returns hours (h, 3): month, day and hour, which ends then; illuminance (m, h), lx; sun (m, h), the part of the sun
     without any bounce; for each sensor and the occupied hours mean (lx), autonomy (share of hours with autonomy_lux),
@@ -326,6 +328,7 @@ def daylight(
         "sky_patches": sky_patches,
         "ground": ground,
         "sun_step": sun_step,
+        "turn": turn,
         "autonomy_lux": autonomy_lux,
         "sun_lux": sun_lux,
         "sun_hours": sun_hours,
@@ -349,6 +352,7 @@ def annual_glare(
     sky_patches: int = 145,
     ground: float = 0.2,
     sun_step: float = 7.5,
+    turn: float = 0,
     view_pixels: int = 128,
     progress: Progress = None,
     **options: Option,
@@ -371,6 +375,7 @@ def annual_glare(
         "sky_patches": sky_patches,
         "ground": ground,
         "sun_step": sun_step,
+        "turn": turn,
         "view_pixels": view_pixels,
     }
     with _shown(progress) as show:
