@@ -234,6 +234,22 @@ Bsdf bsdf_of(const std::vector<TextureNode>& textures, const Material& m, const 
   return out;
 }
 
+/// What a present surface passes straight on: of mixed materials the mean, since the same ray may be asked for again.
+RGB passed_where_present(const Scene& scene, SurfacePoint point, Vec3 direction) {
+  const Material& m = scene.materials()[point.material];
+  if (m.kind == MaterialKind::mix) {
+    const float amount = unit(evaluate(scene.textures(), m.mix_amount, point.texture));
+    const auto part = [&](std::uint32_t material) {
+      SurfacePoint of_part = point;
+      of_part.material = material;
+      return passed_where_present(scene, of_part, direction);
+    };
+    return part(m.mix_a) * (1 - amount) + part(m.mix_b) * amount;
+  }
+  const Bsdf bsdf = resolve_bsdf(scene, point);
+  return shaded(point, bsdf).straight_transmittance(-direction);
+}
+
 }  // namespace
 
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric) {
@@ -303,9 +319,9 @@ RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo) {
 }
 
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction) {
-  SurfacePoint point = surface_point(scene, triangle, barycentric);
-  const Bsdf bsdf = resolve_bsdf(scene, point);
-  return shaded(point, bsdf).straight_transmittance(-direction);
+  const SurfacePoint point = surface_point(scene, triangle, barycentric);
+  const float present = coverage(scene, triangle, point.texture);
+  return RGB(1 - present) + passed_where_present(scene, point, direction) * present;
 }
 
 float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& at) {
@@ -317,10 +333,9 @@ float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& a
   return alpha > 0 ? std::min(alpha, 1.0f) : 0.0f;
 }
 
-bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction) {
-  const float alpha = coverage(scene, triangle, texture_point(scene.geometry(), triangle, barycentric));
-  if (alpha == 0 || alpha == 1) return alpha == 1;
-  return to_unit_float(hash_point(hash_point(hash32(triangle), ray_origin), ray_direction)) < alpha;
+bool is_present(float coverage, std::uint32_t triangle, Vec3 ray_origin, Vec3 ray_direction) {
+  if (coverage == 0 || coverage == 1) return coverage == 1;
+  return to_unit_float(hash_point(hash_point(hash32(triangle), ray_origin), ray_direction)) < coverage;
 }
 
 }  // namespace glowworm

@@ -68,15 +68,15 @@ bool diffuse_shading_normal(const Scene& scene, std::uint32_t triangle, Vec2 bar
 /// Radiance (W sr^-1 m^-2) that the surface emits towards wo; black if it does not emit or wo is behind it.
 RGB emitted_radiance(const Scene& scene, const SurfacePoint& point, Vec3 wo);
 
-/// Share of the light that comes straight through a surface from behind it; black unless it is a pane.
+/// Share of the light that comes straight through a surface from behind it: where it is absent, and where it is a pane.
 /// @param direction of a ray towards the light, unit
 RGB straight_transmittance(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 direction);
 
 /// Share of rays for which a surface is present at a point: 1, or by its alpha.
 float coverage(const Scene& scene, std::uint32_t triangle, const TexturePoint& at);
 
-/// Whether an alpha-tested surface is present for the ray: by the cutoff, or with a random number that depends only on
-/// the ray.
-bool alpha_present(const Scene& scene, std::uint32_t triangle, Vec2 barycentric, Vec3 ray_origin, Vec3 ray_direction);
+/// Whether a surface is present for a ray: by a random number that depends only on the ray.
+/// @param coverage coverage() where the ray meets it
+bool is_present(float coverage, std::uint32_t triangle, Vec3 ray_origin, Vec3 ray_direction);
 
 }  // namespace glowworm

@@ -45,7 +45,8 @@ void note_pane(OcclusionContext& context, const PassedPane& pane) noexcept {
 }
 
 /// Embree calls this for a hit on a surface that rays may pass. Rejects the hit where the surface is absent or a lamp
-/// lies in its plane, on interfaces if the ray's mask says so, and on panes that the context lists.
+/// lies in its plane, on interfaces if the ray's mask says so, and on panes and partly absent surfaces that the context
+/// lists.
 template <bool kOcclusion>
 void pass_filter(const RTCFilterFunctionNArguments* args) {
   const auto& self = *static_cast<const Tracer::Implementation*>(args->geometryUserPtr);
@@ -61,20 +62,22 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
         self.triangle(RTCHitN_geomID(args->hit, args->N, i), RTCHitN_primID(args->hit, args->N, i),
                       RTCHitN_instID(args->hit, args->N, i, 0));
     const std::uint32_t material = self.geometry->material_of(triangle);
-    bool passes =
-        (!(RTCRayN_mask(args->ray, args->N, i) & kHitsInterfaces) &&
-         self.scene->materials()[material].kind == MaterialKind::interface) ||
-        self.lamps.covers(*self.scene, triangle, barycentric, by_camera) ||
-        (self.scene->has_alpha(material) && !alpha_present(*self.scene, triangle, barycentric, origin, direction));
+    const float present = self.scene->has_alpha(material)
+                              ? coverage(*self.scene, triangle, texture_point(*self.geometry, triangle, barycentric))
+                              : 1.0f;
+    bool passes = present == 0 ||
+                  (!(RTCRayN_mask(args->ray, args->N, i) & kHitsInterfaces) &&
+                   self.scene->materials()[material].kind == MaterialKind::interface) ||
+                  self.lamps.covers(*self.scene, triangle, barycentric, by_camera);
     if constexpr (kOcclusion) {
       auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
-      if (!passes && context.passed && self.scene->is_pane(material)) {
+      if (!passes && context.passed && (present < 1 || self.scene->is_pane(material))) {
         note_pane(context,
                   {{RTCRayN_tfar(args->ray, args->N, i), triangle, barycentric}, RTCRayN_id(args->ray, args->N, i)});
         passes = true;
       }
     }
-    if (passes) args->valid[i] = 0;
+    if (passes || !is_present(present, triangle, origin, direction)) args->valid[i] = 0;
   }
 }
 
@@ -124,7 +127,7 @@ Tracer::Implementation::Implementation(const Scene& s, TieRule ties_by)
     : scene(&s), geometry(s.shared_geometry()), ties(ties_by) {
   hidden = std::any_of(s.materials().begin(), s.materials().end(),
                        [](const Material& m) { return m.single_sided || m.unseen; });
-  for (std::uint32_t i = 0; i < s.materials().size(); ++i) panes |= s.is_pane(i);
+  for (std::uint32_t i = 0; i < s.materials().size(); ++i) passable |= s.is_pane(i) || s.has_alpha(i);
 }
 
 // Once the first constructor has returned, an error in this one calls the destructor.

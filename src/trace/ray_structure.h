@@ -44,9 +44,9 @@ struct Tracer::Implementation {
   std::vector<bool> repeated;  ///< repeated_instances() of the scene, which no ray meets
   LampsInPlanes lamps;
   TieRule ties = TieRule::structure;
-  bool hidden = false;  ///< cameras do not see some surfaces (Material::single_sided, unseen)
-  bool panes = false;   ///< a material is one
-  bool whole = true;    ///< no build of `world` has failed
+  bool hidden = false;    ///< cameras do not see some surfaces (Material::single_sided, unseen)
+  bool passable = false;  ///< a material is a pane or has alpha
+  bool whole = true;      ///< no build of `world` has failed
   std::atomic<std::int64_t> bytes{0};
 
   /// As the constructors of Tracer.
@@ -92,7 +92,7 @@ void set_instance_functions(RTCGeometry shape);
 /// Called for the hits of camera rays; rejects those on the backs of single-sided surfaces and on unseen ones.
 void camera_filter(const RTCFilterFunctionNArguments* args);
 
-/// A pane that a ray passes.
+/// A pane, or a partly absent surface, that a ray passes.
 struct PassedPane : PassedSurface {
   unsigned ray;  ///< its number in its packet
 };
@@ -100,7 +100,7 @@ struct PassedPane : PassedSurface {
 /// The context of rays of occlusion.
 struct OcclusionContext {
   RTCIntersectContext embree;
-  std::vector<PassedPane>* passed = nullptr;  ///< panes do not occlude: they are listed here, some more than once
+  std::vector<PassedPane>* passed = nullptr;  ///< null: such surfaces occlude; some are listed more than once
   bool out_of_memory = false;                 ///< for a pane
 };
 

@@ -180,8 +180,8 @@ void sort_panes(std::vector<PassedPane>& passed) {
 
 /// Calls visit(pane) for each pane that ray number `ray` of its packet has passed, nearest first. Embree may list a
 /// triangle several times: its structure splits triangles. Panes that the ray meets in one place count once: it passes
-/// the edge between two triangles of a pane. Interfaces do only if they are of one material and face one way: two media
-/// may touch.
+/// the edge between two triangles of a pane. Interfaces and surfaces with alpha do only if they are of one material and
+/// face one way: two media may touch, and a leaf may lie on a pane.
 template <typename Visit>
 void for_panes(const Scene& scene, const std::vector<PassedPane>& sorted, unsigned ray, Vec3 direction, Visit&& visit) {
   const auto facing = [&](const PassedPane& pane) {
@@ -191,11 +191,11 @@ void for_panes(const Scene& scene, const std::vector<PassedPane>& sorted, unsign
     return scene.diffuse_triangle(pane.triangle).offset() / std::abs(facing(pane));
   };
   const auto material = [&](const PassedPane& pane) { return scene.geometry().material_of(pane.triangle); };
-  const auto is_interface = [&](const PassedPane& pane) {
-    return scene.materials()[material(pane)].kind == MaterialKind::interface;
+  const auto lies_on_others = [&](const PassedPane& pane) {
+    return scene.materials()[material(pane)].kind == MaterialKind::interface || scene.has_alpha(material(pane));
   };
   const auto are_one = [&](const PassedPane& a, const PassedPane& b) {
-    if (!is_interface(a) && !is_interface(b)) return true;
+    if (!lies_on_others(a) && !lies_on_others(b)) return true;
     return material(a) == material(b) && facing(a) * facing(b) > 0;
   };
   const PassedPane* last = nullptr;
@@ -276,7 +276,7 @@ bool Tracer::occluded(const Ray& ray) const {
 
 RGB Tracer::transmittance(const Ray& ray) const {
   std::vector<PassedPane> passed;
-  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->passable ? &passed : nullptr};
   if (is_occluded(*implementation_, ray, context)) return RGB(0.0f);
   return passed.empty() ? RGB(1.0f) : through_panes(*implementation_, passed, 0, ray.direction);
 }
@@ -284,7 +284,7 @@ RGB Tracer::transmittance(const Ray& ray) const {
 bool Tracer::passes(const Ray& ray, std::vector<PassedSurface>& passed) const {
   passed.clear();
   std::vector<PassedPane> panes;
-  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &panes : nullptr};
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->passable ? &panes : nullptr};
   if (is_occluded(*implementation_, ray, context)) return false;
   sort_panes(panes);
   for_panes(scene(), panes, 0, ray.direction, [&](const PassedPane& pane) { passed.push_back(pane); });
@@ -342,7 +342,7 @@ void Tracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> out) co
 
 void Tracer::transmittance(std::span<const Ray> rays, std::span<RGB> out) const {
   std::vector<PassedPane> passed;
-  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->panes ? &passed : nullptr};
+  OcclusionContext context{make_context(RayOrder::incoherent, false), implementation_->passable ? &passed : nullptr};
   occlude_packets(*implementation_, rays, context, [&](std::size_t i, bool hidden) {
     out[i] = RGB(hidden ? 0.0f : 1.0f);
     if (!hidden && !passed.empty())

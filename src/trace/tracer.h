@@ -41,7 +41,8 @@ struct HitArrays {
   std::span<Vec2> barycentric;
 };
 
-/// A surface that a ray passes in a straight line: a pane or an interface (Scene::is_pane).
+/// A surface that a ray passes in a straight line: a pane, an interface (Scene::is_pane), or one that is partly absent
+/// (coverage()).
 struct PassedSurface {
   float distance;  ///< along the ray
   std::uint32_t triangle;
@@ -87,7 +88,7 @@ class Tracer {
   /// Whether something lies between the ends of the ray; panes do, too.
   bool occluded(const Ray& ray) const;
   /// Share of the light that arrives from the ray's end in a straight line: 1 if nothing is in the way, less through
-  /// panes (Scene::is_pane), else black. @param ray of unit direction
+  /// panes (Scene::is_pane) and partly absent surfaces, else black. @param ray of unit direction
   RGB transmittance(const Ray& ray) const;
   /// Lists the surfaces that light passes on its straight way from the ray's end, nearest first. Returns false if
   /// something is in the way. @param ray of unit direction @param passed is replaced

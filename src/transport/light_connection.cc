@@ -61,10 +61,12 @@ RGB passed_share(const Tracer& tracer, const UnoccludedLight& light) {
     start = end;
   };
   for (const PassedSurface& surface : surfaces) {
-    pass(surface.triangle, surface.distance);
+    // A surface that rays pass only where it is absent parts no media there.
+    const bool parts = scene.is_pane(scene.geometry().material_of(surface.triangle));
+    if (parts) pass(surface.triangle, surface.distance);
     if (!is_interface(scene, surface.triangle))
       product *= straight_transmittance(scene, surface.triangle, surface.barycentric, shadow.direction);
-    medium = medium_behind(scene, medium, surface.triangle, shadow.direction);
+    if (parts) medium = medium_behind(scene, medium, surface.triangle, shadow.direction);
   }
   const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
   pass(light.source < lamps.size() ? lamps[light.source] : kNone, shadow.t_max);

@@ -145,6 +145,33 @@ Measurement example() {
   return m;
 }
 
+/// A sheet that covers a third takes a third of the sun from every sensor below it.
+TEST(Sensors, MeasureTheShareThatAlphaPasses) {
+  SceneDescription d = floor_description();
+  d.materials[0].reflectance.value = RGB(0.0f);
+  d.materials.resize(2, d.materials[0]);
+  d.materials[1].alpha.value = 1.0f / 3;
+  add_quad(d, {-3, -3, 1}, {6, 0, 0}, {0, 6, 0}, 1);
+  Light sun;
+  sun.kind = LightKind::directional;
+  sun.direction = {0, 0, -1};
+  sun.intensity = RGB(3.0f);
+  d.lights.push_back(sun);
+  const auto scene = std::make_shared<const Scene>(std::move(d));
+  const auto tracer = std::make_shared<const Tracer>(*scene);
+  const Sensors sensors = plane_sensors("z=0,1", *scene);
+  for (const Integrator integrator : {Integrator::gather, Integrator::path}) {
+    RenderSettings s;
+    s.integrator = integrator;
+    s.samples = 8;
+    s.photons = 1000;
+    Job job(scene, tracer, sensor_settings(s), nullptr, sensor_time(),
+            std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
+    job.wait();
+    for (const RGB& found : measurement_of(sensors, job.snapshot(), *scene).irradiance) EXPECT_NEAR(found.g, 2, 1e-4f);
+  }
+}
+
 /// Light of window-room comes through a window: rays that are guided there find it more often.
 TEST(Sensors, GuideTheirRaysToTheLight) {
   const auto scene = std::make_shared<const Scene>(builtin_scene("window-room"));

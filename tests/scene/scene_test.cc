@@ -416,18 +416,19 @@ Scene with_alpha(float cutoff) {
 TEST(Alpha, CutoffDividesTheSurface) {
   const Scene scene = with_alpha(0.5f);
   EXPECT_TRUE(scene.has_alpha(0));
-  EXPECT_FALSE(alpha_present(scene, 0, {0.4f, 0}, {}, {0, 0, 1}));  // u = 0.4
-  EXPECT_TRUE(alpha_present(scene, 0, {0.6f, 0}, {}, {0, 0, 1}));
+  EXPECT_EQ(coverage(scene, 0, texture_point(scene.geometry(), 0, {0.4f, 0})), 0);  // u = 0.4
+  EXPECT_EQ(coverage(scene, 0, texture_point(scene.geometry(), 0, {0.6f, 0})), 1);
   EXPECT_FALSE(Scene(floor_description()).has_alpha(0));
 }
 
 TEST(Alpha, ChanceHasItsProbabilityAndBelongsToTheRay) {
   const Scene scene = with_alpha(-1);
+  const float covered = coverage(scene, 0, texture_point(scene.geometry(), 0, {0.3f, 0}));
   std::vector<double> observed(2), expected = {14000, 6000};
   for (std::uint32_t i = 0; i < 20000; ++i) {
     const Vec3 direction = square_to_sphere(Sampler(SamplerKind::independent, 3, 1, i).next2());
-    const bool present = alpha_present(scene, 0, {0.3f, 0}, {1, 2, 3}, direction);
-    EXPECT_EQ(alpha_present(scene, 0, {0.3f, 0}, {1, 2, 3}, direction), present);
+    const bool present = is_present(covered, 0, {1, 2, 3}, direction);
+    EXPECT_EQ(is_present(covered, 0, {1, 2, 3}, direction), present);
     ++observed[present];
   }
   expect_fit(chi_squared_counts(observed, expected).p_value, 2, "alpha");

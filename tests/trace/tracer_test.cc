@@ -472,6 +472,40 @@ TEST_P(TracerBatch, PassesAShareOfRaysThroughHalfTransparentSurfaces) {
   EXPECT_NEAR(stopped / n, 0.3, 4.9 * std::sqrt(0.3 * 0.7 / n));
 }
 
+// A sensor sends the same ray to a lamp again and again: chance would decide once for all of its light.
+TEST(Tracer, PassesLightByTheShareThatIsAbsent) {
+  SceneDescription d = sheet_above_floor(0.3f, -1);
+  // Half of a second sheet, over the other side, is a pane, and half of it black.
+  Material pane;
+  pane.kind = MaterialKind::thin_dielectric;
+  pane.reflectance.value = RGB(0.0f);
+  pane.transmittance.value = RGB(0.5f);
+  d.materials.push_back(pane);
+  Material screen;
+  screen.kind = MaterialKind::mix;
+  screen.mix_a = 0;
+  screen.mix_b = 2;
+  screen.mix_amount.value = 0.4f;
+  d.materials.push_back(screen);
+  add_quad(d, {-1, -1, 1.5f}, {2, 0, 0}, {0, 2, 0}, 3);
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  std::vector<Ray> rays = rays_down(100);
+  for (Ray& ray : rays) ray.t_max = 1.8f;  // ends between the sheets and the floor
+  std::vector<RGB> passed(rays.size());
+  tracer.transmittance(rays, passed);
+  SurfacePoint on_pane = surface_point(scene, 4, {0.3f, 0.3f});
+  on_pane.material = 2;
+  const Bsdf glass = resolve_bsdf(scene, on_pane);
+  const RGB screened = shaded(on_pane, glass).straight_transmittance({0, 0, 1}) * 0.4f;
+  ASSERT_GT(screened.g, 0.1f);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const RGB expected = rays[i].origin.x < 0 ? screened * 0.7f : RGB(0.0f);
+    EXPECT_NEAR(passed[i].g, expected.g, 1e-6f);
+    EXPECT_EQ(tracer.transmittance(rays[i]), passed[i]);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Orders, TracerBatch, testing::Values(RayOrder::incoherent, RayOrder::camera),
                          [](const auto& info) { return info.param == RayOrder::camera ? "camera" : "incoherent"; });
 
