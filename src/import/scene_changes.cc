@@ -80,6 +80,7 @@ void change_camera(Camera& camera, const SceneChanges& changes) {
   float degrees = changes.field_of_view;
   if (changes.projection && camera.kind != *changes.projection) {
     camera.kind = *changes.projection;
+    camera.aspect = 0;
     if (degrees <= 0) degrees = is_angular(camera.kind) ? kAngularFieldOfView : kDefaultFieldOfView;
   }
   if (degrees <= 0 || camera.kind == CameraKind::orthographic) return;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <vector>
@@ -30,6 +31,16 @@ SampledSpectrum over_visible(Power&& power) {
 
 /// The colour temperature of a daylight illuminant by today's constant in Planck's law: D65 is of 6504 K.
 double nominal_daylight(double hundreds) { return hundreds * 100 * kSecondRadiation / 1.438e-2; }
+
+/// Throws Error for a spectrum that is cut off where eyes see: light beyond its ends counts as 0.
+void check_ends(const SampledSpectrum& s, const std::string& file) {
+  constexpr double kFirst = 400, kLast = 700, kDark = 0.01;  // nm; of the greatest power
+  const double dark = kDark * *std::max_element(s.values.begin(), s.values.end());
+  const double first = s.wavelengths.front(), last = s.wavelengths.back();
+  if ((first > kFirst && s.values.front() > dark) || (last < kLast && s.values.back() > dark) || last < kFirst)
+    throw Error({file}, fmt::format("its spectrum from {:g} to {:g} nm is cut off", first, last),
+                "Give powers from 380 to 780 nm, and 0 where there is no light.");
+}
 
 }  // namespace
 
@@ -74,6 +85,7 @@ SampledSpectrum parse_spectrum_table(std::string_view text, const std::string& f
   SampledSpectrum out = parse_spd(plain, file);
   for (const double value : out.values)
     if (value < 0) throw Error({file}, fmt::format("a power of {:g} is negative", value), "Give 0 or more.");
+  check_ends(out, file);
   return out;
 }
 

@@ -32,6 +32,7 @@ struct Camera {
   /// Screen window in units of half_extent (left, right, bottom, top); all zero: derived from the picture's shape, with
   /// 1 along the shorter side.
   float window[4] = {0, 0, 0, 0};
+  float aspect = 0;          ///< width over height of the picture that it is made for; 0: any
   float lens_radius = 0;     ///< metres; 0 is a pinhole
   float focal_distance = 1;  ///< metres along the axis
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -34,6 +35,12 @@ std::array<double, kCount> numbers_after(const std::vector<std::string_view>& wo
                   "Write a view as -vta -vp 1 2 1.2 -vd 0 1 0 -vu 0 0 1 -vh 180 -vv 180.");
   }
   return out;
+}
+
+/// The most that -vh and -vv may be: below 180 degrees for perspective views; any length in metres.
+double most_of(CameraKind kind) {
+  if (kind == CameraKind::orthographic) return std::numeric_limits<float>::max();
+  return kind == CameraKind::fisheye ? 360 : kind == CameraKind::hemispherical ? 180 : 179.9;
 }
 
 /// The camera's plane along one side, from the middle, as degrees or metres.
@@ -68,6 +75,10 @@ RadianceView parse_radiance_view(std::string_view text) {
     if ((word == "-vs" || word == "-vl") && numbers_after<1>(words, i)[0] != 0)
       throw Error(fmt::format("views with {} are not supported", word), "Cut the picture by --crop instead.");
   }
+  for (const auto& [name, size] : {std::pair("-vh", view.horizontal), std::pair("-vv", view.vertical)})
+    if (!(size > 0 && size <= most_of(view.kind)))
+      throw Error(fmt::format("{} {:g} is no size of such a view", name, size),
+                  "Give degrees: below 180 for -vtv, up to 180 for -vth and up to 360 for -vta; or metres for -vtl.");
   if (!(length(cross(narrow(view.direction), narrow(view.up))) > 0))
     throw Error("the view has no direction, or looks along -vu", "Give -vd and -vu along different lines.");
   return view;
@@ -119,12 +130,16 @@ Camera camera_of(const RadianceView& view, bool z_up, Vec3 origin) {
   const auto axes = [&](const Vec3d& v) { return z_up ? y_up_from_z_up(v) : v; };
   const auto direction = [&](const Vec3d& d) { return narrow(axes(d)); };
   const Vec3 eye = narrow(axes(view.position) - Vec3d(origin));
-  const double shorter = std::min(view.horizontal, view.vertical);
   Camera camera = look_at({0, 0, 0}, direction(view.direction), direction(view.up), 45);
   camera.to_world.translation = eye;
   camera.kind = view.kind;
-  camera.half_extent = view.kind == CameraKind::orthographic ? static_cast<float>(shorter / 2)
-                                                             : half_extent_of(view.kind, static_cast<float>(shorter));
+  const auto half = [&](double size) {
+    return view.kind == CameraKind::orthographic ? static_cast<float>(size / 2)
+                                                 : half_extent_of(view.kind, static_cast<float>(size));
+  };
+  const float wide = half(view.horizontal), high = half(view.vertical);
+  camera.half_extent = std::min(wide, high);
+  camera.aspect = wide / high;
   return camera;
 }
 

@@ -17,8 +17,8 @@ struct RadianceView {
 };
 
 /// Reads the options that a RadianceView has, and skips others, such as the name of a program. Throws Error for a
-/// direction without length, for one that is not finite, for types of views that no camera has, and for -vs and -vl
-/// other than 0.
+/// direction without length, for one that is not finite, for sizes and types of views that no camera has, and for -vs
+/// and -vl other than 0.
 RadianceView parse_radiance_view(std::string_view text);
 
 /// The views of a file: a line of options each, as rvu(1) writes them; other lines are skipped. Throws Error with file
@@ -31,7 +31,7 @@ std::string radiance_view_text(const RadianceView& view);
 /// The view of a camera of the scene; "" for a panorama, for which Radiance has no type.
 std::string radiance_view_text(const Camera& camera, const Scene& scene, int width, int height);
 
-/// The camera of a view. It shows the angle of the view's shorter side.
+/// The camera of a view, and the shape of its picture. In others it shows the angle of the view's shorter side.
 Camera camera_of(const RadianceView& view, const Scene& scene);
 /// The same in a scene whose file has z up or not (SceneDescription::z_up), and whose positions are relative to
 /// `origin`.

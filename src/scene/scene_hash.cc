@@ -21,7 +21,7 @@ void add(ContentHash& hash, const FloatInput& input) { add_all(hash, input.value
 // If a structure gets a new member, hash it, then update the size.
 static_assert(sizeof(ColorInput) == 16 && sizeof(FloatInput) == 12 && sizeof(Transform) == 48);
 static_assert(sizeof(Material) == 448 && sizeof(TextureNode) == 72 && sizeof(Emission) == 104);
-static_assert(sizeof(Light) == 136 && sizeof(Environment) == 208 && sizeof(Camera) == 112);
+static_assert(sizeof(Light) == 136 && sizeof(Environment) == 208 && sizeof(Camera) == 120);
 static_assert(sizeof(Geometry) == 12 * sizeof(std::vector<Vec3>) + sizeof(std::size_t) && sizeof(Instance) == 60);
 
 void add(ContentHash& hash, const Material& m) {
@@ -141,7 +141,7 @@ std::uint64_t hash_lights(const Scene& scene) {
 
 std::uint64_t hash_camera(const Camera& c) {
   ContentHash hash;
-  add_all(hash, c.kind, c.to_world, c.half_extent, c.window, c.lens_radius, c.focal_distance);
+  add_all(hash, c.kind, c.to_world, c.half_extent, c.window, c.aspect, c.lens_radius, c.focal_distance);
   return hash.value();
 }
 

@@ -273,8 +273,8 @@ std::set<Command> commands_of(const std::string& group) {
 // Rows: name, group, key, values, standard, in_view, meaning, shows, overruled_by.
 std::vector<Option> picture_options() {
   return {
-      size_row(
-          {"--size", kPicture, nullptr, "WxH", "the scene's, or 512x512", "the scene's, or 512x512", "Pixels", true}),
+      size_row({"--size", kPicture, nullptr, "WxH", "the scene's, or 512 along the longer side",
+                "the scene's, or 512 along the longer side", "Pixels", true}),
       crop_row({"--crop", kPicture, nullptr, "X0,Y0,X1,Y1", "the scene's, or all", nullptr,
                 "Render a part of the picture, given by fractions of its width and height from the upper left corner",
                 false, by_pixel_bounds}),

@@ -48,8 +48,12 @@ constexpr double kFirstImageShare = 0.25, kReckonedCores = 4;
 
 void resolve_size(RenderSettings& s, const Scene& scene) {
   if (s.width == 0 && s.height == 0) {
-    s.width = scene.film().width > 0 ? scene.film().width : 512;
-    s.height = scene.film().height > 0 ? scene.film().height : 512;
+    constexpr int kLongerSide = 512;
+    const float aspect = scene.camera(s.camera).aspect;
+    const auto side = [](float share) { return std::max(static_cast<int>(std::lround(kLongerSide * share)), 1); };
+    const bool is_shaped = aspect > 0 && scene.film().width == 0 && scene.film().height == 0;
+    s.width = scene.film().width > 0 ? scene.film().width : side(is_shaped ? std::min(aspect, 1.0f) : 1);
+    s.height = scene.film().height > 0 ? scene.film().height : side(is_shaped ? std::min(1 / aspect, 1.0f) : 1);
   }
   if (s.width < 1 || s.height < 1 || s.width > kMaxPictureSide || s.height > kMaxPictureSide)
     throw Error(fmt::format("a picture of {}x{} pixels cannot be rendered", s.width, s.height),

@@ -67,6 +67,8 @@ TEST_F(GltfSceneTest, CamerasLookAlongMinusZ) {
   EXPECT_FLOAT_EQ(d.cameras[1].half_extent, 0.5f * std::tan(0.5f));
   EXPECT_EQ(d.cameras[2].kind, CameraKind::orthographic);
   EXPECT_FLOAT_EQ(d.cameras[2].half_extent, 2);
+  EXPECT_FLOAT_EQ(d.cameras[0].aspect, 1.5f);
+  EXPECT_FLOAT_EQ(d.cameras[2].aspect, 2.0f / 3);
   const CameraRay ray = generate_ray(d.cameras[0], {50, 50}, 100, 100, {0, 0});
   expect_near(ray.origin, {0, 1, 5});
   expect_near(ray.direction, {0, 0, -1});

@@ -91,8 +91,13 @@ TEST_F(SpectrumFiles, AreTablesWithOrWithoutAHeader) {
   }
   EXPECT_THAT(message_of([] { parse_spectrum_table("380,1\n400,-1\n", "lamp.csv"); }), HasSubstr("negative"));
   EXPECT_THAT(message_of([] { parse_spectrum_table("380,1\n400,x\n", "lamp.csv"); }), HasSubstr("lamp.csv:2"));
-  EXPECT_THAT(message_of([] { alpha_opic_efficacy(parse_spectrum_table("1000 1 1200 1", "far.spd")); }),
+  EXPECT_THAT(message_of([] { alpha_opic_efficacy(parse_spectrum_table("380 0 780 0", "dark.spd")); }),
               HasSubstr("no visible light"));
+  for (const std::string cut : {"1000 1 1200 1", "0.38 1 0.78 1", "450 1 780 1", "380 1 650 1"})
+    EXPECT_THAT(message_of([&] { parse_spectrum_table(cut, "cut.spd"); }), HasSubstr("cut.spd: its spectrum from"))
+        << cut;
+  EXPECT_EQ(parse_spectrum_table("400 1 700 1", "lamp.spd").values.size(), 2u);
+  EXPECT_EQ(parse_spectrum_table("450 0 550 1 650 0", "lamp.spd").values.size(), 3u) << "dark at its ends";
 }
 
 TEST(LampSpectra, AreFoundByTheNamesOfLights) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "builtin/builtin.h"
+#include "render/render_testing.h"
 #include "scene/scene.h"
+#include "scene/scene_parts.h"
 #include "settings/settings.h"
 
 namespace glowworm {
@@ -64,6 +66,25 @@ TEST(DefaultThreads, FitIntoTheMemory) {
   EXPECT_EQ(default_threads(64'000'000, 16), 2);
   EXPECT_EQ(default_threads(1'000'000'000, 16), 16);
   EXPECT_EQ(default_threads(1'000'000'000, 64), 31);
+}
+
+TEST(Choices, PicturesHaveTheShapeOfTheCameraOrTheFilm) {
+  SceneDescription d = floor_description();
+  d.cameras.push_back(square_view({0, 1, 0}, {0, -1, 0}, 1, 2));
+  d.cameras.back().aspect = 2;
+  d.cameras.push_back(d.cameras.back());
+  d.cameras.back().name = "upright";
+  d.cameras.back().aspect = 0.5f;
+  const auto size = [&](const std::string& camera) {
+    RenderSettings asked;
+    asked.camera = camera;
+    const RenderSettings chosen = resolve(asked, Scene(d));
+    return std::pair(chosen.width, chosen.height);
+  };
+  EXPECT_EQ(size(""), std::pair(512, 256));
+  EXPECT_EQ(size("upright"), std::pair(256, 512));
+  d.film.width = 320, d.film.height = 200;
+  EXPECT_EQ(size(""), std::pair(320, 200));
 }
 
 }  // namespace

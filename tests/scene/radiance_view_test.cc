@@ -16,8 +16,17 @@ TEST(RadianceView, ReadsOptionsAndSkipsOthers) {
   EXPECT_EQ(view.direction.y, -1);
   EXPECT_EQ(view.vertical, 160);
   EXPECT_EQ(radiance_view_text(view), "-vta -vp 1 2.5 1.2 -vd 0 -1 0 -vu 0 0 1 -vh 180 -vv 160");
-  for (const char* wrong : {"-vtc -vp 0 0 0", "-vp 1 2", "-vd 0 0 1 -vu 0 0 1", "-vh x", "-vd 0 0 0"})
+  for (const char* wrong : {"-vtc -vp 0 0 0", "-vp 1 2", "-vd 0 0 1 -vu 0 0 1", "-vh x", "-vd 0 0 0", "-vh 0",
+                            "-vtv -vv 180", "-vth -vh 181", "-vta -vv -1"})
     EXPECT_THROW(parse_radiance_view(wrong), Error) << wrong;
+}
+
+TEST(RadianceView, CamerasHaveTheShapeOfTheView) {
+  const auto aspect = [](const std::string& view) { return camera_of(parse_radiance_view(view), true, {}).aspect; };
+  EXPECT_FLOAT_EQ(aspect("-vtv -vh 90 -vv 53.130102"), 2);
+  EXPECT_FLOAT_EQ(aspect("-vtl -vh 3 -vv 4"), 0.75f);
+  EXPECT_FLOAT_EQ(aspect("-vta -vh 180 -vv 90"), 2);
+  EXPECT_FLOAT_EQ(aspect("-vth -vh 60 -vv 180"), 0.5f);
 }
 
 TEST(RadianceView, CamerasComeBackFromTheirText) {

@@ -123,6 +123,7 @@ class ForeignBuilder {
       return;
     }
     camera.to_world = {right, cross(right, forward), forward, position};
+    camera.aspect = source.aspect;
     const float shorter = source.aspect > 1 && std::isfinite(source.aspect)
                               ? 1 / source.aspect
                               : 1;  // Assimp's angles and widths are horizontal

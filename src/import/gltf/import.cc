@@ -404,9 +404,11 @@ class GltfBuilder {
     if (source.type == "orthographic") {
       camera.kind = CameraKind::orthographic;
       extent = std::min(std::abs(lens.xmag), std::abs(lens.ymag));
+      camera.aspect = static_cast<float>(std::abs(lens.xmag / lens.ymag));
     } else {
       extent = std::tan(std::clamp(lens.yfov, 0.0, 3.1) / 2);
       if (lens.aspect_ratio > 0 && lens.aspect_ratio < 1) extent *= lens.aspect_ratio;
+      camera.aspect = static_cast<float>(lens.aspect_ratio);
     }
     camera.half_extent = static_cast<float>(extent);
     if (!(camera.half_extent > 0) || !std::isfinite(camera.half_extent)) {
