@@ -18,6 +18,7 @@
 #include "import/material_text.h"
 #include "import/mesh_tools.h"
 #include "import/sky_text.h"
+#include "import/volume_text.h"
 #include "scene/default_camera.h"
 #include "scene/environment_bytes.h"
 #include "scene/radiance_view.h"
@@ -190,6 +191,7 @@ void change_scene(SceneDescription& d, const SceneChanges& changes, const std::s
   d.studio_light = changes.studio_light;
   for (const std::string& text : changes.materials) change_material(text, d, *budget);
   if (changes.expand_instances) expand_instances(d, *budget);
+  if (!changes.volume.empty()) add_volume(changes.volume, d, *budget);
   const bool z_up = changes.z_up.value_or(d.z_up);
   if (z_up != d.z_up || changes.metres_per_unit != 1) change_space(d, z_up, changes.metres_per_unit);
   if (!changes.view_file.empty()) add_views(d, changes.view_file, *budget);

@@ -28,6 +28,7 @@ struct SceneChanges {
   bool studio_light = true;                     ///< where the scene has no light
   float field_of_view = 0;                      ///< degrees along the picture's shorter side; 0: each camera's own
   std::optional<CameraKind> projection;         ///< of all cameras; angular ones show 180 degrees by default
+  std::string volume;                           ///< a grid of smoke, as add_volume() parses it; empty: none
   float visibility = 0;                         ///< metres, in haze around the scene; 0: no haze
   std::vector<std::string> luminaires;          ///< more lights, as luminaire_of_text() reads them
   std::vector<std::string> materials;           ///< replacements, as change_material() reads them

@@ -7,6 +7,7 @@
 #include "import/material_text.h"
 #include "import/scene_changes.h"
 #include "import/sky_text.h"
+#include "import/volume_text.h"
 
 namespace glowworm {
 
@@ -66,6 +67,14 @@ constexpr SceneOption kSceneOptions[] = {
      }},
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
+    {"--volume", "FILE[,scale=S][,albedo=A]",
+     "Smoke around the surfaces: the grid 'density' of a .vdb or .nvdb file, in the axes and the unit of the scene's. "
+     "S "
+     "[1] times density is the extinction per unit, of which A [0.5] is scattered",
+     [](SceneChanges& c, const std::string& text) {
+       check_volume_text(text);
+       c.volume = text;
+     }},
     {"--up", "y|z [y; z of .rad]",
      "Axis of the file that points up; places and directions of other options have it, too",
      [](SceneChanges& c, const std::string& text) {

@@ -42,4 +42,11 @@ bool has_voxel_grid(const std::string& path, const std::string& grid, MemoryBudg
   return is_openvdb(path) ? has_openvdb_grid(path, grid, budget) : has_nanovdb_grid(path, grid, budget);
 }
 
+void place_medium(const VoxelGrid& grid, const TransformDouble& to_scene, Medium& medium) {
+  const auto corner = [&](std::size_t axis, int cell) { return static_cast<float>(grid.first[axis] + cell) - 0.5f; };
+  medium.to_medium = inverse(to_scene).relative_to({0, 0, 0});
+  medium.bounds = Box3{{corner(0, 0), corner(1, 0), corner(2, 0)},
+                       {corner(0, grid.size[0]), corner(1, grid.size[1]), corner(2, grid.size[2])}};
+}
+
 }  // namespace glowworm

@@ -6,6 +6,7 @@
 
 #include "core/memory_budget.h"
 #include "core/transform_double.h"
+#include "scene/medium.h"
 
 namespace glowworm {
 
@@ -25,5 +26,9 @@ struct VoxelGrid {
 VoxelGrid read_voxel_grid(const std::string& path, const std::string& grid, MemoryBudget& budget);
 /// Whether a file has a grid of this name.
 bool has_voxel_grid(const std::string& path, const std::string& grid, MemoryBudget& budget);
+
+/// Gives a medium the box of a grid's cells as its bounds: its own coordinates count voxels.
+/// @param to_scene from index space; it can be inverted
+void place_medium(const VoxelGrid& grid, const TransformDouble& to_scene, Medium& medium);
 
 }  // namespace glowworm

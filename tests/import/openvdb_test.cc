@@ -1,8 +1,11 @@
 // Grids of OpenVDB files, which the program glowworm-openvdb reads.
 #include "import/openvdb/hand_over.h"
 #include "import/openvdb/import.h"
+#include "import/scene_changes.h"
+#include "import/volume_text.h"
 #include "openvdb_files.h"
 #include "scene/medium.h"
+#include "scene/scene_parts.h"
 #include "test_files.h"
 
 namespace glowworm {
@@ -69,6 +72,37 @@ TEST_F(OpenVdbTest, MediaOfPbrtFilesHaveThem) {
   EXPECT_NEAR(at(21, 40, 60).sigma_a.r, 8, 1e-3f);
   EXPECT_NEAR(at(23, 40, 60).sigma_a.r, 0, 1e-3f);
   EXPECT_TRUE(is_black(at(20, 40, 60).emission)) << "the hot voxel is elsewhere";
+}
+
+/// In the axes and the unit of the scene's file.
+TEST_F(OpenVdbTest, ScenesGetTheSmokeOfAFile) {
+  SceneChanges changes;
+  changes.volume = smoke() + ",scale=4,albedo=0.75";
+  for (const bool z_up : {false, true})
+    for (const float unit : {1.0f, 0.5f}) {
+      SceneDescription d = floor_description();
+      changes.z_up = z_up;
+      changes.metres_per_unit = unit;
+      change_scene(d, changes, loading_budget());
+      ASSERT_EQ(d.ambient_medium, 0u);
+      const auto at = [&](Vec3d p) {
+        return medium_point(d.media[0], narrow((z_up ? y_up_from_z_up(p) : p) * double{unit} - Vec3d(d.origin)));
+      };
+      EXPECT_NEAR(at({10, 20, 30}).sigma_s.r, 3 / unit, 1e-3f);
+      EXPECT_NEAR(at({10, 20, 30}).sigma_a.r, 1 / unit, 1e-3f);
+      EXPECT_NEAR(at({10.5, 20, 30}).sigma_s.r, 6 / unit, 1e-3f);
+      EXPECT_NEAR(at({11.5, 20, 30}).sigma_s.r, 0, 1e-3f);
+    }
+  for (const std::string wrong : {"smoke.txt", "smoke.vdb,scale=-1", "smoke.vdb,albedo=2", "smoke.vdb,albedo=x", ""})
+    EXPECT_THROW(check_volume_text(wrong), Error) << wrong;
+  changes.volume = path("missing.vdb");
+  SceneDescription d = floor_description();
+  try {
+    change_scene(d, changes, loading_budget());
+    ADD_FAILURE() << "a missing file was accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("missing.vdb: no such file"));
+  }
 }
 
 /// As the light of the same box in a grid of temperatures in the pbrt file itself.

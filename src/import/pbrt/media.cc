@@ -209,12 +209,7 @@ class MediumBuilder {
       VoxelGrid read = read_voxel_grid(path, parameters_.string("gridname", "density"), *context_.budget);
       const TransformDouble of_voxels = to_scene_ * read.to_world;
       if (!is_invertible(of_voxels)) return parameters_.error("the transform of the grid cannot be inverted", "");
-      medium_.to_medium = inverse(of_voxels).relative_to({0, 0, 0});
-      const auto corner = [&](std::size_t axis, int cell) {
-        return static_cast<float>(read.first[axis] + cell) - 0.5f;
-      };
-      medium_.bounds = Box3{{corner(0, 0), corner(1, 0), corner(2, 0)},
-                            {corner(0, read.size[0]), corner(1, read.size[1]), corner(2, read.size[2])}};
+      place_medium(read, of_voxels, medium_);
       MediumGridValues grid;
       grid.size = read.size;
       file_temperatures(path, read, grid);
