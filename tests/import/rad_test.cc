@@ -324,6 +324,23 @@ TEST_F(RadTest, CopiesOfAFileAreInstances) {
   }
 }
 
+/// Names that a file does not use may change between its copies; those that it uses may not.
+TEST_F(RadTest, CopiesAreInstancesWhateverTheNamesAround) {
+  write("ball.rad", "grey sphere s 0 0 4 1 0 0 .5\n");
+  const auto meshes = [&](const std::string& name) {
+    std::string text = kGrey;
+    for (int i = 0; i < 6; ++i) {
+      const std::string number = std::to_string(i), part = "part" + number + ".rad";
+      write(part, "void plastic " + name + " 0 0 5 ." + number + " .2 .2 0 0\n" + name +
+                      " polygon p 0 0 9 0 0 0 1 0 0 0 1 0\n!xform -t 0 0 1 ball.rad\n!xform -t 0 0 2 ball.rad\n");
+      text += "!xform -t " + number + " 0 0 " + part + "\n";
+    }
+    return load(text).geometry.meshes.size();
+  };
+  EXPECT_EQ(meshes("own"), 1u);
+  EXPECT_EQ(meshes("grey"), 6u);
+}
+
 TEST_F(RadTest, CopiesTakeTheMemoryOfThree) {
   write("ball.rad", "grey sphere s 0 0 4 1 0 0 .5\n");
   const auto stored = [&](const std::string& line) {

@@ -192,13 +192,40 @@ std::optional<SkyModel> sky_pattern(const RadPrimitive& p, const RadPlacement& p
 
 }  // namespace
 
+void RadMaterials::Trace::add(const Trace& part) {
+  for (const auto& [name, index] : part.needed)
+    if (!defined.contains(name)) needed.emplace(name, index);
+  for (const auto& [name, index] : part.defined) defined[name] = index;
+}
+
+bool RadMaterials::fits(const Trace& trace) const {
+  return std::all_of(trace.needed.begin(), trace.needed.end(), [&](const auto& needed) {
+    const auto found = by_name_.find(needed.first);
+    return needed.second == (found == by_name_.end() ? kNone : found->second);
+  });
+}
+
+bool RadMaterials::define_as(const Trace& trace) {
+  for (const auto& [name, index] : trace.defined)
+    if (const RadModifier& m = modifiers_[index]; m.turns || m.spot || m.sky) return false;
+  for (const auto& [name, index] : trace.defined) set_name(name, index);
+  return true;
+}
+
+std::uint32_t RadMaterials::find(const std::string& name) const {
+  const auto found = by_name_.find(name);
+  const std::uint32_t index = found == by_name_.end() ? kNone : found->second;
+  if (trace_ && !trace_->defined.contains(name)) trace_->needed.emplace(name, index);
+  return index;
+}
+
 std::uint32_t RadMaterials::index_of(const std::string& name, const FilePlace& place) const {
   if (name == "void") return kNone;
-  const auto found = by_name_.find(name);
-  if (found == by_name_.end())
+  const std::uint32_t found = find(name);
+  if (found == kNone)
     throw Error(place, fmt::format("modifier '{}' is not defined before this line", name),
                 "Put its definition in front, or include the file that has it by !xform.");
-  return found->second;
+  return found;
 }
 
 RadModifier RadMaterials::on_surface(const std::string& name, const FilePlace& place) const {
@@ -214,22 +241,8 @@ std::optional<SkyModel> RadMaterials::sky_of(const std::string& name, const File
 }
 
 void RadMaterials::set_name(const std::string& name, std::uint32_t index) {
-  const auto hash = [&](std::uint32_t of) {
-    ContentHash own;
-    own.add(std::string_view(name));
-    own.add(of);
-    return own.value();
-  };
-  const auto [known, fresh] = by_name_.try_emplace(name, index);
-  if (!fresh) names_hash_ -= hash(known->second);
-  known->second = index;
-  names_hash_ += hash(index);
-}
-
-void RadMaterials::set_names(const Names& names) {
-  by_name_.clear();
-  names_hash_ = 0;
-  for (const auto& [name, index] : names) set_name(name, index);
+  by_name_[name] = index;
+  if (trace_) trace_->defined[name] = index;
 }
 
 bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) {
@@ -257,7 +270,7 @@ bool RadMaterials::define(const RadPrimitive& p, const RadPlacement& placement) 
   std::string parts;  // what its words mean here
   if (type->treatment == Treatment::mixture || p.type == "illum")
     for (const std::string& word : p.words)
-      if (const auto known = by_name_.find(word); known != by_name_.end()) parts += fmt::format(" {}", known->second);
+      if (const std::uint32_t known = find(word); known != kNone) parts += fmt::format(" {}", known);
   if (type->treatment == Treatment::measured) parts += " " + p.place.file;  // its file is looked for beside that
   const std::string text = fmt::format("{} {} {}\n{}\n{}{}{}", below, p.type, p.name, fmt::join(p.words, "\n"),
                                        fmt::join(p.numbers, " "), turned, parts);

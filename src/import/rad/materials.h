@@ -54,16 +54,29 @@ class RadMaterials {
   /// What a modifier makes of surfaces, below its patterns. Throws Error if the name is not defined.
   /// @param name "void" has no surface
   RadModifier on_surface(const std::string& name, const FilePlace& place) const;
-  /// What names mean at this place of the files.
+  /// What names mean.
   using Names = std::unordered_map<std::string, std::uint32_t>;
+  /// At this place of the files.
   const Names& names() const { return by_name_; }
-  void set_names(const Names& names);
-  /// A hash of names().
-  std::uint64_t names_hash() const { return names_hash_; }
+  void set_names(const Names& names) { by_name_ = names; }
+
+  /// What a part of the files takes from what stands before it, and what it leaves.
+  struct Trace {
+    Names needed;   ///< kNone: not defined
+    Names defined;  ///< at its end
+    void add(const Trace& part);
+  };
+  /// Records in a trace from here on; null: nowhere. Returns the trace before.
+  Trace* trace_to(Trace* trace) { return std::exchange(trace_, trace); }
+  /// Whether a part with this trace means the same here.
+  bool fits(const Trace& trace) const;
+  /// Defines what a part of the files does. Returns false, and does nothing, if that is another in each place.
+  bool define_as(const Trace& trace);
   /// The sky among the patterns of a modifier.
   std::optional<SkyModel> sky_of(const std::string& name, const FilePlace& place) const;
 
  private:
+  std::uint32_t find(const std::string& name) const;
   std::uint32_t index_of(const std::string& name, const FilePlace& place) const;
   void set_name(const std::string& name, std::uint32_t index);
   RadModifier make(const RadPrimitive& p, const RadPlacement& placement);
@@ -82,7 +95,7 @@ class RadMaterials {
   Reservation held_;
   std::vector<RadModifier> modifiers_;
   Names by_name_;
-  std::uint64_t names_hash_ = 0;
+  Trace* trace_ = nullptr;
   std::unordered_map<std::string, std::uint32_t> by_text_;  ///< equal definitions, as of a file placed many times
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <list>
 #include <map>
 #include <optional>
 #include <utility>
@@ -139,21 +140,35 @@ class RadReader {
   /// itself.
   enum class Surfaces { all, shared, own };
 
-  /// What copies of a file must have in common to share surfaces.
+  /// What copies of a file must have in common to share surfaces, beside what names mean.
   struct FileUse {
     std::string name, modifier;
     bool inverted;
-    std::uint64_t names;  ///< RadMaterials::names_hash()
     auto operator<=>(const FileUse&) const = default;
   };
+  /// Copies that share surfaces.
+  struct SharedUse {
+    RadMaterials::Trace trace;
+    bool has_own = false;  ///< whether each has more, once that is known
+  };
+
+  /// Copies of this file to which names mean the same; null if there were none.
+  SharedUse* known_use(std::list<SharedUse>& uses) const {
+    constexpr int kTried = 16;  // the latest
+    int tried = 0;
+    for (auto use = uses.rbegin(); use != uses.rend() && tried < kTried; ++use, ++tried)
+      if (materials_.fits(use->trace)) return &*use;
+    return nullptr;
+  }
 
   /// Reads a file, or places what it shares with other copies as an instance.
   void place_file(const TextFile& file, const RadPlacement& placement) {
     const FilePlace start{file.name, 1};
-    auto& entry =
-        *uses_.try_emplace({file.name, placement.modifier, placement.inverted, materials_.names_hash()}, false).first;
-    const FileUse& use = entry.first;
-    bool& has_own = entry.second;
+    std::list<SharedUse>& uses = uses_[{file.name, placement.modifier, placement.inverted}];
+    SharedUse* use = known_use(uses);
+    const bool is_first = !use;
+    if (is_first) use = &uses.emplace_back();
+    RadMaterials::Trace* const around = materials_.trace_to(is_first ? &use->trace : nullptr);
     const auto shared_mesh = [&] {
       surfaces_ = Surfaces::shared;
       has_own_ = false;
@@ -164,15 +179,17 @@ class RadReader {
         read(file.text, start, {{}, placement.inverted, "", placement.modifier});
         return std::move(shared_.mesh);
       });
-      has_own = has_own_ || materials_.names_hash() != use.names;
+      use->has_own = has_own_;
       materials_.set_names(names);
       return SharedMesh{std::move(mesh), Vec3d(origin.origin())};
     };
     std::string name = placement.prefix.substr(0, placement.prefix.rfind('.'));
     if (name.empty()) name = std::filesystem::path(file.name).stem().string();
-    const bool is_kept = keeper_.keep(&use, kUp * placement.to_world, name, shared_mesh) != kNone;
+    const bool is_kept = keeper_.keep(use, kUp * placement.to_world, name, shared_mesh) != kNone;
     surfaces_ = is_kept ? Surfaces::own : Surfaces::all;
-    if (!is_kept || has_own) read(file.text, start, placement);
+    if (!is_kept || use->has_own || !materials_.define_as(use->trace)) read(file.text, start, placement);
+    materials_.trace_to(around);
+    if (around) around->add(use->trace);
   }
 
   /// Whether a surface or statement is left out now. @param own whether each copy has it for itself
@@ -312,7 +329,7 @@ class RadReader {
   RadMaterials materials_;
   Reservation triangles_;
   InstanceKeeper keeper_;
-  std::map<FileUse, bool> uses_;  ///< whether copies have more than what they share, once that is known
+  std::map<FileUse, std::list<SharedUse>> uses_;
   Surfaces surfaces_ = Surfaces::all;
   struct {
     Geometry mesh;
