@@ -103,7 +103,11 @@ std::vector<RadianceView> parse_radiance_views(std::string_view text, const std:
 std::string radiance_view_text(const RadianceView& v) {
   const auto* const type =
       std::find_if(kTypes.begin(), kTypes.end(), [&](const auto& known) { return known.second == v.kind; });
-  const auto vector = [](const Vec3d& p) { return fmt::format("{:g} {:g} {:g}", p.x, p.y, p.z); };
+  // Six digits, and those of millimetres in places far from the origin.
+  const auto number = [](double x) {
+    return fmt::format("{:.{}g}", x, 6 + std::max(static_cast<int>(std::log10(std::max(std::abs(x), 1.0))) - 2, 0));
+  };
+  const auto vector = [&](const Vec3d& p) { return fmt::format("{} {} {}", number(p.x), number(p.y), number(p.z)); };
   return fmt::format("-vt{} -vp {} -vd {} -vu {} -vh {:g} -vv {:g}", type->first, vector(v.position),
                      vector(v.direction), vector(v.up), v.horizontal, v.vertical);
 }

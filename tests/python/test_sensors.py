@@ -117,6 +117,14 @@ def test_finds_the_daylight_of_a_year(sunny, weather):
         glowworm.daylight(sunny, weather, points, normals, hours="9", progress=False)
 
 
+def test_the_north_of_a_year_turns_to_the_left(sunny, weather):
+    quick = dict(samples=4, photons=5000, progress=False)
+    south = glowworm.daylight(sunny, weather, [[0, 0, 1]], [[0, 0, 1]], **quick)["sun"]
+    turned = glowworm.daylight(sunny, weather, [[0, 0, 1]], [[1, 0, 0]], turn=90, **quick)["sun"]
+    assert south[0, 11] > 10_000
+    np.testing.assert_allclose(turned, south, rtol=1e-4)
+
+
 def test_rates_views_over_a_year(sunny, weather):
     up = glowworm.Camera([0, 0, 1], [0, 1, 1], [0, 0, 1], field_of_view=180, projection="fisheye")
     options = {"view_pixels": 16, "photons": 20000, "gather": 8, "progress": False}

@@ -21,6 +21,11 @@ TEST(RadianceView, ReadsOptionsAndSkipsOthers) {
     EXPECT_THROW(parse_radiance_view(wrong), Error) << wrong;
 }
 
+TEST(RadianceView, PlacesKeepTheirMillimetres) {
+  const std::string far = "-vtv -vp 691234.567 5334567.891 -512.25 -vd 0 1 0 -vu 0 0 1 -vh 60 -vv 40";
+  EXPECT_EQ(radiance_view_text(parse_radiance_view(far)), far);
+}
+
 TEST(RadianceView, CamerasHaveTheShapeOfTheView) {
   const auto aspect = [](const std::string& view) { return camera_of(parse_radiance_view(view), true, {}).aspect; };
   EXPECT_FLOAT_EQ(aspect("-vtv -vh 90 -vv 53.130102"), 2);
