@@ -65,9 +65,9 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
     const float present = self.scene->has_alpha(material)
                               ? coverage(*self.scene, triangle, texture_point(*self.geometry, triangle, barycentric))
                               : 1.0f;
+    const unsigned mask = RTCRayN_mask(args->ray, args->N, i);
     bool passes = present == 0 ||
-                  (!(RTCRayN_mask(args->ray, args->N, i) & kHitsInterfaces) &&
-                   self.scene->materials()[material].kind == MaterialKind::interface) ||
+                  (!(mask & kHitsInterfaces) && self.scene->materials()[material].kind == MaterialKind::interface) ||
                   self.lamps.covers(*self.scene, triangle, barycentric, by_camera);
     if constexpr (kOcclusion) {
       auto& context = *reinterpret_cast<OcclusionContext*>(args->context);
@@ -77,7 +77,8 @@ void pass_filter(const RTCFilterFunctionNArguments* args) {
         passes = true;
       }
     }
-    if (passes || !is_present(present, triangle, origin, direction)) args->valid[i] = 0;
+    passes |= (mask & kPassesByChance) && !is_present(present, triangle, origin, direction);
+    if (passes) args->valid[i] = 0;
   }
 }
 

@@ -21,8 +21,9 @@ using TriangleList = std::vector<std::uint32_t>;
 /// LampsInPlanes), and the same for triangles that follow() may move; then all instances.
 inline constexpr unsigned kTested = 1, kMovable = 2, kGeometries = 4, kInstances = 4;
 
-/// Bit of the masks of rays that may hit interfaces. Geometries have other bits.
-inline constexpr unsigned kHitsInterfaces = 1u << 31;
+/// Bits of the masks of rays that may hit interfaces, and that chance lets pass partly absent surfaces. Geometries have
+/// other bits.
+inline constexpr unsigned kHitsInterfaces = 1u << 31, kPassesByChance = 1u << 30;
 
 /// The structure of a mesh that instances place, in its own space. Its geometries have the first two numbers.
 struct TracedMesh {

@@ -61,6 +61,10 @@ RTCIntersectContext make_context(RayOrder order, bool hidden) {
   return context;
 }
 
+unsigned mask_of(RayOrder order) {
+  return order == RayOrder::surface ? ~kHitsInterfaces : order == RayOrder::partly ? ~kPassesByChance : ~0u;
+}
+
 RTCRay embree_ray(const Ray& r) {
   const Vec3 &o = r.origin, &d = r.direction;
   return {o.x, o.y, o.z, r.t_min, d.x, d.y, d.z, r.time, r.t_max, ~0u, 0, 0};
@@ -70,7 +74,7 @@ RTCRay embree_ray(const Ray& r) {
 template <typename RayPacket, std::size_t kWidth>
 void set_common(RayPacket& packet, int (&valid)[kWidth], RayOrder order = RayOrder::incoherent) {
   for (std::size_t i = 0; i < kWidth; ++i) {
-    packet.mask[i] = order == RayOrder::surface ? ~kHitsInterfaces : ~0u;
+    packet.mask[i] = mask_of(order);
     packet.id[i] = static_cast<unsigned>(i);
     packet.flags[i] = 0;
     valid[i] = -1;
@@ -256,7 +260,7 @@ Hit Tracer::intersect(const Ray& ray, RayOrder order) const {
   RTCIntersectContext context = make_context(order, implementation_->hidden);
   RTCRayHit query;
   query.ray = embree_ray(ray);
-  if (order == RayOrder::surface) query.ray.mask = ~kHitsInterfaces;
+  query.ray.mask = mask_of(order);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(implementation_->world, &context, &query);

@@ -55,6 +55,7 @@ enum class RayOrder : std::uint8_t {
   camera,   ///< from the camera: neighbours start close together in similar directions. They pass through the backs of
             ///< single-sided surfaces and unseen ones (Material::unseen), which all other rays hit.
   surface,  ///< as incoherent, but they pass through interfaces, as if those were not there
+  partly,   ///< as incoherent, but they meet partly absent surfaces (coverage()) always, and not by chance
 };
 
 /// Which one of several triangles at exactly the same distance a ray meets.

@@ -109,18 +109,24 @@ class ImageTracer {
   void follow(PathState path, float left, bool bent, int bounces) {
     const Scene& scene = tracer_.scene();
     ++rays;
-    Hit hit = tracer_.intersect(path.ray, RayOrder::incoherent);
-    const bool meets_surface =
-        travel(tracer_, path, hit, RayOrder::incoherent, [&](const Medium* medium, float length) {
-          const bool ends = length >= left * (1 - kBeforeLamp);
-          if (medium) path.throughput *= transmittance(*medium, path.ray, ends ? left : length);
-          if (ends && bent) arrive(path, left);
-          left -= length;
-          return !ends && max_component(path.throughput) >= kLeastOfLight;
-        });
+    Hit hit = tracer_.intersect(path.ray, RayOrder::partly);
+    const bool meets_surface = travel(tracer_, path, hit, RayOrder::partly, [&](const Medium* medium, float length) {
+      const bool ends = length >= left * (1 - kBeforeLamp);
+      if (medium) path.throughput *= transmittance(*medium, path.ray, ends ? left : length);
+      if (ends && bent) arrive(path, left);
+      left -= length;
+      return !ends && max_component(path.throughput) >= kLeastOfLight;
+    });
     if (!meets_surface || bounces == kEvenBounces) return;
     Vertex vertex = vertex_at(scene, path.ray, hit);
     if (!scene.media().empty()) vertex.media = media_at(scene, path.medium, hit.triangle, vertex.wo);
+    if (const float present = coverage(scene, hit.triangle, vertex.point.texture); present < 1) {
+      PathState beyond = path;
+      beyond.throughput *= 1 - present;
+      beyond.ray = leave_surface(vertex.point.position, -vertex.normal(), vertex.point.offset, path.ray.direction, 0);
+      follow(beyond, left, bent, bounces + 1);
+      path.throughput *= present;
+    }
     RGB of_color(1.0f);
     resolve_material(scene, vertex, of_color, [] { return 0.5f; });
     if (!is_smooth(scene, hit.triangle, vertex)) return;

@@ -184,6 +184,18 @@ TEST(LightImages, AreSeenByTwoMirrors) {
   EXPECT_NEAR(light, mirrors.light(), 1e-5);
 }
 
+/// A sheet before the mirror covers a quarter, and takes that of the light on each of its ways through it.
+TEST(LightImages, AreSeenThroughSheetsByTheShareThatTheyLeave) {
+  SceneDescription d = below_a_mirror();
+  d.materials.push_back(d.materials[0]);
+  d.materials[3].alpha.value = 0.25f;
+  add_quad(d, {0.9f, -1, -0.1f}, {0, 0, 1}, {0, 2, 0}, 3);
+  const Sensors sensors = sensors_at({0.6f, 0.7f, 0.8f}, {1, 0, 0});
+  const double passed = 0.75 * 0.75 * kSun * reflected(M_SQRT1_2) * M_SQRT1_2;
+  for (const Integrator by : kBoth)
+    for (const RGB& found : measured(d, sensors, by).irradiance) EXPECT_NEAR(found.g, passed, 1e-4 * passed);
+}
+
 /// Facets of a curved mirror are too small for images, and photons bring their light: also where a scene has images.
 TEST(LightImages, LeaveCurvedMirrorsToPhotons) {
   SceneDescription d = black_floor();
