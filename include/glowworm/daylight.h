@@ -57,7 +57,7 @@ struct Daylight {
   std::vector<float> glare;            ///< share of hours with DaylightOptions::glare or more, of level normals
   std::vector<float> daylight_factor;  ///< 0 to 1, under the CIE overcast sky
   /// Error of the mean over hours over itself, without the direct sun: the truth lies within twice of it with a chance
-  /// of 95%. The interpolation of reflected sunlight is not part of it.
+  /// of 95%. Infinite where no light was found. The interpolation of reflected sunlight is not part of it.
   std::vector<float> relative_error;
   double spatial_autonomy = 0;  ///< sDA: share of the area with autonomy in half of the hours or more
   double sun_exposure = 0;      ///< ASE: share of the area with more than sun_hours

@@ -13,9 +13,11 @@ namespace glowworm::api {
 struct Measurement {
   std::vector<Rgb> irradiance;  ///< W m^-2: the sum of the next three
   std::vector<Rgb> direct, indirect,
-      caustic;                        ///< by way of the light: from lights, from surfaces, through glass and by mirrors
-  std::vector<float> illuminance;     ///< lx, by 179 lm/W
-  std::vector<float> relative_error;  ///< error of the illuminance over itself, half of 95% confidence; 0: no light
+      caustic;                     ///< by way of the light: from lights, from surfaces, through glass and by mirrors
+  std::vector<float> illuminance;  ///< lx, by 179 lm/W
+  /// Error of the illuminance over itself, half of 95% confidence. Infinite, which is unknown, where no sample found
+  /// light, unless the scene has none.
+  std::vector<float> relative_error;
 };
 
 /// Options of measure().

@@ -51,6 +51,7 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   if (film.whole_passes() < 2)
     throw Error("the measurement ended before every sensor had two samples", "Give it more time.");
   const glowworm::Measurement measured = measurement_of(sensors, film, *lit);
+  for (const std::string& doubt : doubts_after(measured, *lit)) warn(doubt);
   Measurement out;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     out.irradiance.push_back(outer(measured.irradiance[i]));

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -155,12 +156,15 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const std::v
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
   files.throw_if_any_failed();
   if (o.sky_patches == 0)
-    for (const std::string& doubt : doubts_after(measurement, job.scene())) inform("note: " + doubt);
+    for (const std::string& doubt : doubts_after(measurement, job.scene())) warn(doubt);
   FilmPicture measured = unfiltered_picture(film, false);
   measured.width = 0;  // sensors need not be beside each other
   const bool by_paths = job.settings().integrator == Integrator::path;
-  inform(fmt::format("{} {} of each sensor in {:.2f} s, relative error {:.2g}{}", film.whole_passes(),
-                     by_paths ? "paths" : "samples", job.seconds(), relative_error(measured),
+  const bool knows_error = std::any_of(measurement.relative_error.begin(), measurement.relative_error.end(),
+                                       [](float error) { return std::isfinite(error); });
+  inform(fmt::format("{} {} of each sensor in {:.2f} s, relative error {}{}", film.whole_passes(),
+                     by_paths ? "paths" : "samples", job.seconds(),
+                     knows_error ? fmt::format("{:.2g}", relative_error(measured)) : "unknown",
                      plan.reason.empty() ? "" : fmt::format(" ({})", plan.reason)));
 }
 
@@ -240,7 +244,8 @@ Sensors measure the light that arrives from the half space around their normal:
 irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
 The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
 the mean of the channels, relative_error the error of E_lx over E_lx: the truth lies
-within twice of it with a chance of 95%.
+within twice of it with a chance of 95%. It is inf, which is unknown, in JSON null,
+where no sample found light.
 A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of objects that are closed
 all around are refused, and left out of --grid. Sensors inside of an object without a
 bottom, or of one that is half as long as the scene, measure darkness. Photons are new

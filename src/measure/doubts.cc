@@ -88,6 +88,13 @@ bool is_seen(Vec3 place, const Sensors& sensors, const Tracer& tracer) {
   return false;
 }
 
+/// The largest share of samples that may bring light, with a chance of 95%, where none of so many independent ones did:
+/// 3 / samples of many (Hanley and Lippman-Hand, "If Nothing Goes Wrong, Is Everything All Right?", JAMA 249, 1983).
+double share_unseen(std::uint32_t samples) {
+  constexpr double kChance = 0.95;
+  return 1 - std::pow(1 - kChance, 1.0 / std::max(samples, 1u));
+}
+
 std::optional<std::string> doubt_of_sensors(const Sensors& sensors, const Scene& scene) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = sensors.size(); i-- > 0;)
@@ -131,10 +138,11 @@ std::vector<std::string> doubts_after(const Measurement& measured, const Scene& 
   const auto count = std::count_if(e.begin(), e.end(), is_dark);
   if (count == 0 || !(scene.light_power().total() > 0)) return {};
   const auto first = static_cast<std::size_t>(std::find_if(e.begin(), e.end(), is_dark) - e.begin());
-  return {
-      fmt::format("{} of {} sensors measured no light at all, the first of them at {}: they may lie outside of the "
-                  "room or inside of a solid",
-                  count, e.size(), place_text(measured.place(first)))};
+  return {fmt::format(
+      "{} of {} sensors measured no light at all, the first of them at {}: they may lie outside of the "
+      "room or inside of a solid. Else, of samples such as their {}, up to {:.2g}% may find light with a "
+      "chance of 95%: the relative error of these sensors is unknown",
+      count, e.size(), place_text(measured.place(first)), measured.samples, 100 * share_unseen(measured.samples))};
 }
 
 }  // namespace glowworm

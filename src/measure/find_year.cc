@@ -41,12 +41,12 @@ RenderSettings round_settings(const RenderSettings& asked, std::uint64_t photons
   return s;
 }
 
-/// Of the values whose weight is not 0.
+/// Of the known values whose weight is not 0.
 double root_mean_square(const std::vector<float>& v, const std::vector<float>& weight) {
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    if (!(weight[i] > 0)) continue;
+    if (!(weight[i] > 0 && std::isfinite(v[i]))) continue;
     sum += double{v[i]} * v[i];
     ++count;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/json_text.h"
@@ -103,6 +104,9 @@ Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene
   for (Vec3& n : out.sensors.normal) n = scene.to_file_axes(n) + zero;
   out.origin = scene.to_file_axes(scene.origin()) + zero;
   out.z_up = scene.z_up();
+  out.samples = film.whole_passes();
+  // Samples that all missed the light agree on 0, and tell nothing of what they missed.
+  const float of_darkness = scene.light_power().total() > 0 ? std::numeric_limits<float>::infinity() : 0;
   out.irradiance.reserve(sensors.size());
   out.relative_error.reserve(sensors.size());
   for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -111,7 +115,7 @@ Measurement measurement_of(const Sensors& sensors, const Film& film, const Scene
     const double factor = student_factor(known > 0 ? known - 1 : 0);
     const float level = luminance(e), deviation = static_cast<float>(factor * std::sqrt(film.variance(i)));
     out.irradiance.push_back(e);
-    out.relative_error.push_back(level > 0 ? deviation / level : 0.0f);
+    out.relative_error.push_back(level > 0 ? deviation / level : of_darkness);
   }
   return out;
 }
@@ -128,7 +132,8 @@ std::string measurement_csv(const Measurement& m, const std::string& about) {
   std::string text = fmt::format(
       "# {}\n# places in m; irradiance E_W_m2 (mean of the channels), E_R, E_G, E_B in W m^-2; illuminance E_lx in lx, "
       "by "
-      "{} lm/W\n# relative_error: error of E_lx over E_lx; the truth lies within twice of it with a chance of 95%\n"
+      "{} lm/W\n# relative_error: error of E_lx over E_lx; the truth lies within twice of it with a chance of 95%; "
+      "inf: no light found\n"
       "x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error",
       one_line(about), kLuminousEfficacy);
   const std::vector<MoreColumn> more = more_columns(m);
@@ -209,7 +214,9 @@ std::string measurement_vtk(const Measurement& m, const std::string& about) {
   };
   scalars("E_W_m2", [&](std::size_t i) { return mean(m.irradiance[i]); });
   scalars("E_lx", [&](std::size_t i) { return illuminance(m.irradiance[i]); });
-  scalars("relative_error", [&](std::size_t i) { return m.relative_error[i]; });
+  // Readers of the format take no inf.
+  scalars("relative_error",
+          [&](std::size_t i) { return std::min(m.relative_error[i], std::numeric_limits<float>::max()); });
   for (const MoreColumn& column : more_columns(m))
     scalars(column.name, [&](std::size_t i) { return column.values[i]; });
   return text;

@@ -18,8 +18,10 @@ struct Measurement {
   Vec3 origin{0, 0, 0};         ///< in the coordinates and axes of the user's file, metres
   bool z_up = false;            ///< whose z axis points up, instead of y
   std::vector<RGB> irradiance;  ///< W m^-2 in each channel
-  /// Error of the luminance over itself: the truth lies within twice of it with a chance of 95%. 0 where no light is.
+  /// Error of the luminance over itself: the truth lies within twice of it with a chance of 95%. Infinite, which is
+  /// unknown, where no sample found light, unless the scene has none.
   std::vector<float> relative_error;
+  std::uint32_t samples = 0;          ///< of each sensor
   std::vector<AlphaOpic> alpha_opic;  ///< W m^-2 (alpha_opic.h); empty unless asked for
 
   /// The place of a sensor in the user's file, metres.

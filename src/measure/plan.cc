@@ -100,6 +100,9 @@ std::vector<float> levels_of(const Measurement& m) {
   return out;
 }
 
+/// A relative error; it is unknown where no sample found light.
+std::string percent(float error) { return std::isfinite(error) ? fmt::format("{:.2g}%", 100 * error) : "unknown"; }
+
 std::string key_figures(const Measurement& m) {
   const std::vector<float> levels = levels_of(m);
   const auto [least, most] = std::minmax_element(levels.begin(), levels.end());
@@ -120,7 +123,7 @@ std::string key_figures(const Measurement& m) {
                      {"maximum", place(most)},
                      {"uniformity, minimum / mean", ratio(*least, mean)},
                      {"uniformity, minimum / maximum", ratio(*least, *most)},
-                     {"largest relative error", fmt::format("{:.3g}%", 100 * error)}});
+                     {"largest relative error", percent(error)}});
 }
 
 /// Shows the nearest sensor's numbers below the plan.
@@ -134,7 +137,7 @@ plan.onpointermove = event => {
     const d = (s[0] - x) ** 2 + (s[1] - y) ** 2;
     if (d < least) { least = d; best = s; }
   }
-  shown.textContent = `${best[5]} lx, relative error ${(100 * best[6]).toPrecision(2)}%, at ${best.slice(2, 5).join(", ")} m`;
+  shown.textContent = `${best[5]} lx, relative error ${best[6]}, at ${best.slice(2, 5).join(", ")} m`;
 };
 )";
 
@@ -153,8 +156,8 @@ std::string measurement_page(const Measurement& m, const std::string& about, Col
   std::string script = "const sensors = [";
   for (std::size_t i = 0; i < m.sensors.size(); ++i) {
     const Vec3 p = m.sensors.position[i];
-    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{},{:.4g},{:.2g}],\n", plan.x(p), plan.y(p),
-                   shown_place(m, i, ","), illuminance(m.irradiance[i]), m.relative_error[i]);
+    fmt::format_to(std::back_inserter(script), "[{:.1f},{:.1f},{},{:.4g},\"{}\"],\n", plan.x(p), plan.y(p),
+                   shown_place(m, i, ","), illuminance(m.irradiance[i]), percent(m.relative_error[i]));
   }
   const std::string axes = fmt::format("{} to the right, {} {}", "xyz"[plan.across], "xyz"[plan.down],
                                        plan.upwards ? "upwards" : "downwards");

@@ -213,7 +213,7 @@ std::string zone_table(const std::vector<Zone>& zones, const std::vector<ZoneFig
                 figure_text(f.most), fmt::format("{:.2f}", f.uniformity()),
                 zones[i].is_level() ? figure_text(f.cylindrical) : "", rated ? fmt::format("{:.1f}", f.ugr) : "",
                 rated ? fmt::format("{} to {}", report_place(scene, f.ugr_eye), view_name(scene, f.ugr_view)) : "",
-                fmt::format("{:.1f}%", 100 * f.error)},
+                std::isfinite(f.error) ? fmt::format("{:.1f}%", 100 * f.error) : "unknown"},
                "td");
   }
   return out + "</table>\n";
@@ -256,19 +256,22 @@ std::string light_table(const Scene& scene) {
 ZoneFigures zone_figures(const Zone& zone, const Measurement& m, const Tracer& tracer) {
   ZoneFigures out;
   out.least = HUGE_VAL;
-  double sum = 0, weights = 0, errors = 0;
+  double sum = 0, weights = 0, errors = 0, of_darkness = 0;
   for (std::size_t i = zone.first; i < zone.first + zone.count; ++i) {
     const double value = lux(m, i), weight = m.sensors.weight[i];
     if (!(weight > 0)) continue;  // inside of an object
     sum += weight * value;
     weights += weight;
-    errors += weight * value * m.relative_error[i];
+    if (value > 0)
+      errors += weight * value * m.relative_error[i];
+    else
+      of_darkness = m.relative_error[i];
     out.least = std::min(out.least, value);
     out.most = std::max(out.most, value);
   }
   if (!(weights > 0)) return {};
   out.mean = sum / weights;
-  out.error = sum > 0 ? errors / sum : 0;
+  out.error = sum > 0 ? errors / sum : of_darkness;
   const Scene& scene = tracer.scene();
   std::size_t seen = 0;
   for (std::size_t e = 0; e < zone.eyes; ++e)
@@ -332,7 +335,7 @@ std::string zone_plan(const Zone& zone, const Measurement& m, const Scene& scene
       const int line = upwards ? zone.rows - 1 - j : j;
       const std::size_t sensor = zone.first + static_cast<std::size_t>(line * zone.columns + i);
       values.push_back(static_cast<float>(lux(m, sensor)));
-      noise = std::max(noise, 2 * lux(m, sensor) * m.relative_error[sensor]);
+      if (lux(m, sensor) > 0) noise = std::max(noise, 2 * lux(m, sensor) * m.relative_error[sensor]);
     }
   draw_tints(zone, values, axes, out);
   draw_lamps(zone, axes, scene, out);

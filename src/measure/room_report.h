@@ -13,7 +13,8 @@ namespace glowworm {
 /// Key figures of a zone.
 struct ZoneFigures {
   double mean = 0, least = 0, most = 0;  ///< lx
-  double error = 0;        ///< of the mean over itself, at most; with a chance of 95% twice of it bounds it
+  double error = 0;        ///< of the mean over itself, at most; with a chance of 95% twice of it bounds it. Of sensors
+                           ///< that found light; infinite: none did
   double cylindrical = 0;  ///< mean at the eyes, lx; level zones
   double ugr = 0;          ///< the greatest at the eyes in four directions; 0: no lamp is in view
   Vec3 ugr_eye, ugr_view;  ///< where, in the tables' coordinates

@@ -173,7 +173,8 @@ std::vector<float> CoefficientMean::relative_error() const {
       variance += std::max(sum_of_squares_[i] / n - mean * mean, 0.0) / (n - 1);
       level += mean * mean;
     }
-    if (level > 0) out[sensor] = static_cast<float>(student_factor(count_ - 1) * std::sqrt(variance / level));
+    out[sensor] = level > 0 ? static_cast<float>(student_factor(count_ - 1) * std::sqrt(variance / level))
+                            : std::numeric_limits<float>::infinity();
   }
   return out;
 }

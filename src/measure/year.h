@@ -58,7 +58,7 @@ class CoefficientMean {
   DaylightCoefficients mean() const;
   /// Of each sensor: standard error of the mean illuminance of an hour without the direct sun, over that illuminance,
   /// both as root mean squares over some hours; by student_factor(), so that the truth lies within twice of it with a
-  /// chance of 95%. 0 for a single Job, and where no light is.
+  /// chance of 95%. 0 for a single Job; infinite, which is unknown, where no Job found light.
   std::vector<float> relative_error() const;
 
  private:

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -165,6 +166,26 @@ Measurement measured_at(const Sensors& sensors, const Scene& scene) {
     m.relative_error.push_back(0.01f);
   }
   return m;
+}
+
+TEST(RoomReport, DoesNotKnowTheErrorOfAZoneWithoutLight) {
+  const Scene scene(room());
+  const Tracer tracer(scene);
+  Sensors sensors;
+  const Zone desk = add_zone("desk=-1,0.8,-1,1,0.8,1,0.25", tracer, sensors, 10'000);
+  Measurement m = measured_at(sensors, scene);
+  const auto darken = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      m.irradiance[i] = RGB(0.0f);
+      m.relative_error[i] = std::numeric_limits<float>::infinity();
+    }
+  };
+  darken(desk.first, desk.first + 1);
+  EXPECT_NEAR(zone_figures(desk, m, tracer).error, 0.01, 1e-4) << "of those with light";
+  EXPECT_THAT(zone_plan(desk, m, scene), testing::Not(HasSubstr("nan")));
+  darken(desk.first, desk.first + desk.count);
+  EXPECT_TRUE(std::isinf(zone_figures(desk, m, tracer).error));
+  EXPECT_THAT(room_report({desk}, m, {}, tracer, {}), HasSubstr("<td>unknown"));
 }
 
 /// All numbers of a path of SVG.

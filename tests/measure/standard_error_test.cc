@@ -1,16 +1,20 @@
 // Whether sensors vary from seed to seed as much as their standard errors say.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
 #include <vector>
 
 #include "builtin/builtin.h"
 #include "control/job.h"
+#include "measure/doubts.h"
 #include "measure/measurement.h"
+#include "measure/plan.h"
 #include "measure/sky_patches.h"
 #include "scene/scene_parts.h"
 #include "support/goodness_of_fit.h"
@@ -270,6 +274,31 @@ TEST(StandardErrors, OfFewBatchesAreWidenedByStudentsT) {
   const Scene scene(lit_floor(LightCase::sky));
   const Measurement measured = measurement_of(sensor, film_of({3, 0}, {1, 3}), scene);
   EXPECT_NEAR(measured.relative_error[0], student_factor(1) / 2, 1e-4);
+}
+
+TEST(StandardErrors, OfSensorsThatFoundNoLightAreUnknown) {
+  Sensors sensor;
+  sensor.add({0, 0, 0}, {0, 0, 1});
+  const Scene lit(lit_floor(LightCase::sky));
+  const Film dark = film_of({3, 0}, {0, 0, 0, 0});
+  const Measurement measured = measurement_of(sensor, dark, lit);
+  EXPECT_TRUE(std::isinf(measured.relative_error[0]));
+  // A chance of 95% that none of 4 finds what 53% find: 0.47^4 = 0.05.
+  ASSERT_EQ(doubts_after(measured, lit).size(), 1u);
+  EXPECT_THAT(doubts_after(measured, lit)[0], testing::HasSubstr("of samples such as their 4, up to 53%"));
+  EXPECT_THAT(measurement_csv(measured, ""), testing::HasSubstr(",0,inf\n"));
+  const nlohmann::json json = nlohmann::json::parse(measurement_json(measured, ""));
+  EXPECT_TRUE(json.at("points").at(0).at("relative_error").is_null());
+  EXPECT_THAT(measurement_vtk(measured, ""), testing::Not(testing::HasSubstr("inf")));
+  const std::string page = measurement_page(measured, "", {});
+  EXPECT_THAT(page, testing::HasSubstr("relative error</td><td>unknown"));
+  EXPECT_THAT(page, testing::HasSubstr(",\"unknown\"]"));
+  // In a scene without light, darkness is certain.
+  SceneDescription d = lit_floor(LightCase::sky);
+  d.environment->scale = RGB(0.0f);
+  const Scene unlit(std::move(d));
+  EXPECT_EQ(measurement_of(sensor, dark, unlit).relative_error[0], 0);
+  EXPECT_TRUE(doubts_after(measurement_of(sensor, dark, unlit), unlit).empty());
 }
 
 TEST(FilmBatches, TellTheVarianceByTheirMeans) {

@@ -330,5 +330,16 @@ TEST(CoefficientMean, KnowsTheSpreadOfItsParts) {
   EXPECT_EQ(mean.mean().sky.at(0, 9).g, 2);
 }
 
+TEST(CoefficientMean, DoesNotKnowTheErrorOfLightThatNoPartFound) {
+  const WeatherYear weather = some_hours();
+  const Model model(weather, 145, 30);
+  CoefficientMean mean(model.sky, model.grid);
+  DaylightCoefficients dark;
+  dark.sky = {1, 146, std::vector<RGB>(146)};
+  dark.suns = {1, model.grid.places().size(), std::vector<RGB>(model.grid.places().size())};
+  for (int part = 0; part < 2; ++part) mean.add(dark);
+  EXPECT_TRUE(std::isinf(mean.relative_error()[0]));
+}
+
 }  // namespace
 }  // namespace glowworm

@@ -53,6 +53,13 @@ def test_measures_as_the_command_line_does(program, cornell, tmp_path):
     np.testing.assert_allclose(ours["relative_error"], theirs[:, 11], rtol=1e-2)
 
 
+def test_error_of_light_that_was_not_found_is_unknown(sunny):
+    options = dict(samples=2, gather=4, photons=1000, progress=False)
+    measured = glowworm.measure(sunny, [[0, 0, -1]], [[0, 0, -1]], **options)
+    assert measured["illuminance"][0] == 0
+    assert measured["relative_error"][0] == np.inf
+
+
 def test_refuses_wrong_sensors(sunny):
     up = [[0, 0, 1]]
     for match, points, normals in [
