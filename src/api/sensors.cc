@@ -45,7 +45,7 @@ Measurement measure(const Scene& scene, std::span<const Vec3> position, std::spa
   const RenderSettings asked = with_room_for(sensors.size(), measure_settings(options.render));
   const auto wait = [&](Job& pilot) { attend(pilot, {}); };
   const SensorPlan plan = plan_sensors(lit, tracer, *grid, asked, wait);
-  Job job(lit, tracer, plan.settings, nullptr, sensor_time(plan.seconds), grid);
+  Job job(lit, tracer, plan.settings, nullptr, plan.end(), grid);
   attend(job, progress);
   const Film film = job.snapshot();
   if (film.whole_passes() < 2)

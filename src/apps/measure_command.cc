@@ -217,7 +217,7 @@ int run_measure(MeasureOptions& o) {
   const auto grid = std::make_shared<const PointGrid>(
       sensor_grid(sensors, o.sensors.on_surfaces(), o.sky_patches > 0 ? kPatchBatches : kSensorBatches));
   const SensorPlan plan = plan_of(o, scene, tracer, *grid, with_room_for(sensors.size(), asked));
-  Job job(scene, tracer, plan.settings, nullptr, sensor_time(plan.seconds), grid);
+  Job job(scene, tracer, plan.settings, nullptr, plan.end(), grid);
   inform(
       fmt::format("{}: {} triangles, {} sensors", scene->name(), scene->geometry().triangle_count(), sensors.size()));
   if (o.sky_patches > 0)

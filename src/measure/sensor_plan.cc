@@ -149,13 +149,20 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
     const std::uint32_t each = all / static_cast<std::uint32_t>(stage.grid->normal.size());
     return mapped ? std::min(each, kLeastMappedPaths) : each;
   };
-  Pilot paths = stage.run(path_settings(asked, paths_each(kPilotPaths)));
+  double traced_paths = 0;  // by all pilots
+  const auto run_paths = [&](std::uint32_t all) {
+    traced_paths += paths_each(all) * static_cast<double>(stage.grid->normal.size());
+    return stage.run(path_settings(asked, paths_each(all)));
+  };
+  Pilot paths = run_paths(kPilotPaths);
   const auto all_paths = [&] { return samples_for(paths.variance, error, least, kMostPaths); };
   const auto work_of_paths = [&] {
     return paths.work * sensors * std::max<double>(all_paths(), paths.variance / (error * error));
   };
   const auto by_paths = [&](std::string reason) {
-    return SensorPlan{path_settings(asked, asked_or(asked, kPathsOfSample, all_paths())), std::move(reason), seconds};
+    const std::uint32_t traced = mapped ? 0 : static_cast<std::uint32_t>(traced_paths / sensors);
+    return SensorPlan{path_settings(asked, asked_or(asked, kPathsOfSample, all_paths())), std::move(reason), seconds,
+                      std::clamp(traced, 2u, kLeastPaths)};
   };
   RenderSettings gather = gather_settings(asked, kPilotPasses, sensors);
   const auto photons = static_cast<double>(gather.photons);
@@ -163,8 +170,7 @@ SensorPlan plan_sensors(const std::shared_ptr<const Scene>& scene, const std::sh
   const auto work_of_gathering = [&](double passes) { return passes * work_of_pass + kGuideWork; };
   if (work_of_paths() < kWorthTrying * (kLeastPasses * photons + kGuideWork))
     return by_paths("paths, because all of them cost no more than a few photon maps");
-  if (paths_each(kComparedPaths) > paths_each(kPilotPaths))
-    paths = stage.run(path_settings(asked, paths_each(kComparedPaths)));
+  if (paths_each(kComparedPaths) > paths_each(kPilotPaths)) paths = run_paths(kComparedPaths);
   const Pilot gathered = stage.run(gather);
   if (!(gathered.mean > 0)) {
     if (paths.mean > 0) return by_paths("paths, because no photon of the pilot brought light");

@@ -1,5 +1,6 @@
 // How sensors are measured: by paths or by photons, and with how many, as pilot measurements find out.
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,6 +17,11 @@ struct SensorPlan {
   RenderSettings settings;  ///< of the Job over the sensors: as sensor_settings() makes them
   std::string reason;       ///< a phrase for the terminal; empty: nothing was left to choose
   double seconds = 0;       ///< wall time of the pilots
+  /// Passes that are finished, however long they take. Two make errors known. Paths are at least as many as those of
+  /// the pilots, which may have used up the time: a few paths may all miss the light. Not where each has a photon map.
+  std::uint32_t least_passes = 2;
+
+  JobEnd end() const { return {seconds, nullptr, least_passes}; }
 };
 
 /// Chooses the integrator of sensors, Integrator::path or gather, and the samples, photons and gather rays that are not

@@ -106,6 +106,21 @@ TEST(SensorPlan, TracesPathsWhereTheyAreCheap) {
   EXPECT_THAT(plan.reason, HasSubstr("paths"));
 }
 
+/// Pilots may use up the time. The few paths of what is left would miss what the pilots found.
+TEST(SensorPlan, TracesAsManyPathsAsItsPilotsWhateverTheTime) {
+  const Place place = box();
+  RenderSettings asked;
+  asked.time_limit_s = 1e-3;
+  const SensorPlan plan = place.plan(asked);
+  ASSERT_EQ(plan.settings.integrator, Integrator::path);
+  Job job(place.scene, place.tracer, plan.settings, nullptr, plan.end(), place.grid);
+  job.wait();
+  constexpr double kPilotPaths = 4096;
+  const auto each = static_cast<std::uint32_t>(kPilotPaths / static_cast<double>(place.sensors.size()));
+  EXPECT_GT(each, 2u);
+  EXPECT_GE(job.snapshot().whole_passes(), std::min(each, 2048u));
+}
+
 /// Few photons, not those of a picture, for each of some hundred sensors.
 TEST(SensorPlan, GathersWherePathsFindLittleLight) {
   const SensorPlan plan = in_well(10).plan();
