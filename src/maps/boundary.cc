@@ -244,9 +244,9 @@ class ClusterMass {
     Vec3 normal = local_normal(hit.triangle);
     const float cosine = normal.z;
     const bool buried = line.depth > 0;
-    // Where the line is in no solid it meets surface from outside: a sheet may have either winding, and hides as much.
-    line.cross(cosine > 0 || (hit.takes_flux && line.depth == 0));
+    line.cross(cosine > 0);
     if (buried || !hit.takes_flux || std::abs(cosine) < kMinCosine) return;
+    // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
     ++line.places;
     line.plain &= std::abs(height) <= cluster_->flatness && std::abs(cosine) >= 1 - kFlatness;

@@ -376,21 +376,6 @@ TEST(BoundaryTest, SurfaceUnderALayerDoesNotCount) {
   EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0.01f}, KernelShape::epanechnikov, 0.2f).mean, 1.0);
 }
 
-/// A rug that is one sheet, of either winding, on a floor.
-TEST(BoundaryTest, SurfaceUnderASheetDoesNotCount) {
-  for (const bool flipped : {false, true}) {
-    const Scene scene = copies("rug", [&](MeshBuilder& mesh) {
-      mesh.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
-      if (flipped)
-        mesh.quad({0, 0, 0.01f}, {0, 1, 0.01f}, {1, 1, 0.01f}, {1, 0, 0.01f});
-      else
-        mesh.quad({0, 0, 0.01f}, {1, 0, 0.01f}, {1, 1, 0.01f}, {0, 1, 0.01f});
-    });
-    const Tracer tracer(scene);
-    EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0.01f}, KernelShape::epanechnikov, 0.2f).mean, 1.0) << flipped;
-  }
-}
-
 TEST(BoundaryTest, NeighboursOnACurvedSurfaceShareTheirLines) {
   // A quarter of a cylinder of radius 1 around the y axis: each photon's own mass, though their cluster is bent.
   const Scene scene = copies("cylinder", [](MeshBuilder& mesh) {
