@@ -42,13 +42,14 @@ float QueryRadii::radius_at(Vec3 x, Vec3 normal, std::span<std::uint64_t> found)
   return count == sought_ || !(radius_ > 0) ? std::sqrt(PhotonPlaces::unpack(found[0]).distance_squared) : radius_;
 }
 
-std::vector<float> QueryRadii::at(const QueryPoints& points, std::span<const RGB> radiance) const {
-  std::vector<float> out(points.size(), kind_ == RadiusKind::fixed ? radius_ : 0.0f);
+std::vector<float> QueryRadii::at(std::span<const Vec3> position, std::span<const Vec3> normal,
+                                  std::span<const RGB> light) const {
+  std::vector<float> out(position.size(), kind_ == RadiusKind::fixed ? radius_ : 0.0f);
   if (kind_ == RadiusKind::fixed) return out;
   parallel_for(0, out.size(), even_grain(out.size()), [&](std::size_t first, std::size_t last) {
     std::vector<std::uint64_t> found(std::min<std::size_t>(sought_, places_.size()));
     for (std::size_t i = first; i < last; ++i)
-      if (!is_black(radiance[i])) out[i] = radius_at(points.position[i], points.normal[i], found);
+      if (!is_black(light[i])) out[i] = radius_at(position[i], normal[i], found);
   });
   return out;
 }

@@ -17,9 +17,9 @@ class QueryRadii {
   /// @param policy of the engine over these photons; its radii are copied
   QueryRadii(const PhotonBatch& photons, const RadiusPolicy& policy);
 
-  /// Returns a radius in metres for each point; 0 where the estimate is black. Uses all threads. The radius of a point
-  /// depends on that point alone. @param radiance the estimates
-  std::vector<float> at(const QueryPoints& points, std::span<const RGB> radiance) const;
+  /// Returns a radius in metres for each point; 0 where its light is black, or no photon is near. Uses all threads. The
+  /// radius of a point depends on that point alone. @param position, normal, light of one length
+  std::vector<float> at(std::span<const Vec3> position, std::span<const Vec3> normal, std::span<const RGB> light) const;
 
   KernelShape kernel() const { return kernel_; }
   /// Memory for so many photons, at most.

@@ -86,10 +86,10 @@ bool IndexedMap::is_up_to_date(const IndexInputs& inputs, MoreOfMap more) const 
          (inputs.correction != BoundaryCorrection::estimates || query_radii_.is_made_of(inputs));
 }
 
-void IndexedMap::update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work) {
+void IndexedMap::update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work, const QueryRadii* widest) {
   {
     const PhaseTimer timer(work.statistics, Phase::build_photon_map);
-    radii_.update(inputs, [&] { return measure(inputs); });
+    radii_.update(inputs, [&] { return measure(inputs, widest); });
     correction_.update(inputs, [&] { return correction(inputs, work); });
     if (inputs.correction == BoundaryCorrection::estimates)
       query_radii_.update(inputs, [&] { return std::make_unique<QueryRadii>(photons_->batch, policy(inputs)); });
@@ -107,10 +107,16 @@ void IndexedMap::update(const IndexInputs& inputs, MoreOfMap more, const MapWork
     sample_.clear();
 }
 
-PhotonRadii IndexedMap::measure(const RadiusInputs& inputs) const {
+PhotonRadii IndexedMap::measure(const RadiusInputs& inputs, const QueryRadii* widest) const {
   const PhotonBatch& photons = photons_->batch;
-  if (!inputs.fixed_radius || count_ == 0) return measured_radii(photons, inputs.nearest);
-  return {std::vector<float>(count_, inputs.radius > 0 ? inputs.radius : fixed_radius(photons, inputs.nearest)), {}};
+  if (inputs.fixed_radius && count_ > 0)
+    return {std::vector<float>(count_, inputs.radius > 0 ? inputs.radius : fixed_radius(photons, inputs.nearest)), {}};
+  PhotonRadii out = measured_radii(photons, inputs.nearest);
+  if (!widest) return out;
+  const std::vector<float> most = widest->at(photons.position, photons.normal, photons.flux);
+  for (std::size_t i = 0; i < count_; ++i)
+    if (most[i] > 0) out.radii[i] = std::min(out.radii[i], most[i]);
+  return out;
 }
 
 RadiusPolicy IndexedMap::policy(const KernelInputs& inputs) const {

@@ -130,7 +130,8 @@ class IndexedMap {
   void set_photons(const PhotonInputs& inputs, Photons photons);
   bool has_photons(const PhotonInputs& inputs) const { return photons_.is_made_of(inputs); }
   /// Measures radii, corrects kernels and makes the engines. @param more to make, too
-  void update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work);
+  /// @param widest radii that no photon exceeds; null: none. It must depend on nothing but the inputs
+  void update(const IndexInputs& inputs, MoreOfMap more, const MapWork& work, const QueryRadii* widest = nullptr);
   bool is_up_to_date(const IndexInputs& inputs, MoreOfMap more) const;
   /// Frees all but the engines, and what correct() needs.
   void drop_photons();
@@ -165,7 +166,7 @@ class IndexedMap {
     std::vector<float> factors;    ///< on the flux; with BoundaryCorrection::photons
   };
 
-  PhotonRadii measure(const RadiusInputs& inputs) const;
+  PhotonRadii measure(const RadiusInputs& inputs, const QueryRadii* widest) const;
   Correction correction(const KernelInputs& inputs, const MapWork& work) const;
   std::vector<float> factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
                              bool on_all_surfaces, const MapWork& work) const;

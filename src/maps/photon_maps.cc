@@ -30,6 +30,10 @@ constexpr float kCausticFloor = 0.1f;
 /// Photons in an estimate from the caustic map of a single pass, and at most, as multiples of k. Caustics are seen
 /// directly, where noise shows more than in the global map, and blur is a few pixels.
 constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
+/// Largest radius of a caustic photon as a multiple of the radius of the nearest photon of all. Within both lie about
+/// 4 k photons of all light then, to whose noise faint caustics add little: they need not hold as many of their own,
+/// and would be blurred far into places that they do not reach.
+constexpr float kMaxCausticOverGlobal = 2;
 
 /// What the memory of light paths is reserved as.
 constexpr const char* kKeptPaths = "kept light paths";
@@ -85,6 +89,7 @@ void PhotonMaps::forget() {
   media_photons_.clear();
   media_maps_.clear();
   radius_grid_.clear();
+  widest_caustics_.clear();
   patches_.clear();
   diagnosis_.clear();
   air_ = AirLight();
@@ -160,6 +165,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_paths_ = 0;
   global_.clear();
   caustic_.clear();
+  widest_caustics_.clear();
   media_photons_.clear();
   media_maps_.clear();
   // What was found with these photons before stays: radii by place and bright patches.
@@ -272,7 +278,8 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
                          bool is_narrow) const {
   const QueryRadii* found = global_.query_radii();
   if (!found || points.size() == 0) return;
-  const std::vector<float> radii = scaled(found->at(points, radiance), is_narrow ? IndexedMap::kNarrow : 1);
+  const std::vector<float> radii =
+      scaled(found->at(points.position, points.normal, radiance), is_narrow ? IndexedMap::kNarrow : 1);
   correct_estimates(tracer, points, radii, found->kernel(), radiance, settings_.on_all_surfaces);
 }
 
@@ -287,6 +294,15 @@ void PhotonMaps::bring_up_global(const MapWork& work) {
         inputs, [&] { return RadiusGrid(global_.photons().batch.position, scaled(radii, settings_.radius_scale)); });
     if (settings_.patches) patches_.update(inputs, [&] { return find_patches(work.tracer); });
   }
+  if (caustic_.count() > 0 && !settings_.fixed_radius) {
+    const PhaseTimer timer(work.statistics, Phase::build_photon_map);
+    widest_caustics_.update(inputs, [&] {
+      RadiusPolicy policy;
+      policy.kind = RadiusKind::per_photon;
+      policy.radii = scaled(radii, kMaxCausticOverGlobal);
+      return std::make_unique<const QueryRadii>(global_.photons().batch, policy);
+    });
+  }
   if (settings_.diagnosed)
     diagnosis_.update(inputs, [&] { return diagnose(inputs, work.statistics); });
   else
@@ -297,8 +313,10 @@ void PhotonMaps::bring_up_global(const MapWork& work) {
 void PhotonMaps::bring_up_caustic(const MapWork& work) {
   if (caustic_.count() == 0) return;
   if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(work.tracer, work.statistics);
-  caustic_.update(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled}, work);
-  if (!settings_.kept) caustic_.drop_photons();
+  caustic_.update(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled}, work, widest_caustics_->get());
+  if (settings_.kept) return;
+  caustic_.drop_photons();
+  widest_caustics_.clear();
 }
 
 void PhotonMaps::bring_up_media(const MapWork& work) {

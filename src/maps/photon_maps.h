@@ -161,6 +161,7 @@ class PhotonMaps {
   std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
   Memo<KernelInputs, std::unique_ptr<DensityEngine>> diagnosis_;
   Memo<ReachInputs, RadiusGrid> radius_grid_;
+  Memo<RadiusInputs, std::unique_ptr<const QueryRadii>> widest_caustics_;  // radii; as long as there are photons
   Memo<ReachInputs, BrightPatches> patches_;
   Box3 bounds_;
 };

@@ -41,7 +41,8 @@ TEST(QueryRadii, AreThoseOfTheNearestPhotonThatCounts) {
   for (std::size_t j = 0; j < floor.photons.size(); ++j) policy.radii.push_back(0.2f + 0.0001f * static_cast<float>(j));
   std::vector<RGB> lit(floor.points.size(), RGB(1.0f));
   lit[7] = RGB(0.0f);
-  const std::vector<float> radii = QueryRadii(floor.photons, policy).at(floor.points, lit);
+  const std::vector<float> radii =
+      QueryRadii(floor.photons, policy).at(floor.points.position, floor.points.normal, lit);
   for (std::size_t i = 0; i < radii.size(); ++i)
     EXPECT_EQ(radii[i], i == 7 ? 0 : policy.radii[floor.distances(i)[0].second]) << i;
 }
@@ -52,11 +53,13 @@ TEST(QueryRadii, AreTheDistanceOfTheLastOfTheNearestPhotons) {
   policy.kind = RadiusKind::nearest;
   policy.k = 30;
   const std::vector<RGB> lit(floor.points.size(), RGB(1.0f));
-  const std::vector<float> radii = QueryRadii(floor.photons, policy).at(floor.points, lit);
+  const std::vector<float> radii =
+      QueryRadii(floor.photons, policy).at(floor.points.position, floor.points.normal, lit);
   for (std::size_t i = 0; i < radii.size(); ++i) EXPECT_FLOAT_EQ(radii[i], floor.distances(i)[29].first) << i;
   // Where fewer lie within the limit, the estimate has the limit as its radius.
   policy.max_radius = 0.04f;
-  for (const float radius : QueryRadii(floor.photons, policy).at(floor.points, lit)) EXPECT_EQ(radius, 0.04f);
+  for (const float radius : QueryRadii(floor.photons, policy).at(floor.points.position, floor.points.normal, lit))
+    EXPECT_EQ(radius, 0.04f);
 }
 
 TEST(QueryRadii, AreTheOneRadiusOfAll) {
@@ -65,7 +68,8 @@ TEST(QueryRadii, AreTheOneRadiusOfAll) {
   policy.kind = RadiusKind::fixed;
   policy.radius = 0.1f;
   const std::vector<RGB> lit(floor.points.size(), RGB(1.0f));
-  for (const float radius : QueryRadii(floor.photons, policy).at(floor.points, lit)) EXPECT_EQ(radius, 0.1f);
+  for (const float radius : QueryRadii(floor.photons, policy).at(floor.points.position, floor.points.normal, lit))
+    EXPECT_EQ(radius, 0.1f);
 }
 
 }  // namespace

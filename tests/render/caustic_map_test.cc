@@ -107,5 +107,32 @@ TEST(CausticMap, BringsLightToGlossyEndsOfGatherRays) {
   EXPECT_NEAR(mean(stage.render(settings), true).luminance() / again, 1, 0.02);
 }
 
+/// A lamp shines down on a floor, and by an upright mirror on a patch of it, x from 0 to 1.33 m. The patch has some 30
+/// of 4000 photons, so a disc of 100 caustic photons would reach .9 m beyond it.
+TEST(CausticMap, FaintCausticsAreNotBlurredFarBeyondTheirEdges) {
+  SceneDescription d;
+  d.materials.resize(3);
+  d.materials[1].kind = MaterialKind::conductor;
+  d.materials[1].use_reflectance = true;
+  d.materials[1].reflectance.value = RGB(1.0f);
+  add_quad(d, {-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, 0);                                             // faces +y
+  add_quad(d, {2, 0.5f, -0.25f}, {0, 0, 0.5f}, {0, 0.5f, 0}, 1);                                 // faces -x
+  add_quad(d, {-0.05f, 2, -0.05f}, {0.1f, 0, 0}, {0, 0, 0.1f}, 2, add_emission(d, RGB(10.0f)));  // faces -y
+  const Stage stage(std::move(d));
+  MemoryBudget budget(std::uint64_t{1} << 30);
+  PhotonMaps maps(budget);
+  PhotonMapSettings settings;
+  settings.photons = 4000;
+  Statistics statistics;
+  maps.update(*stage.tracer, settings, statistics);
+  QueryPoints points;
+  for (const float x : {0.67f, -0.7f, -0.75f, -0.8f, -0.85f})
+    points.push_back({x, 0, 0}, {0, 1, 0}, RGB(1.0f), RGB(1.0f), 0);
+  std::vector<RGB> light(points.size());
+  for (const auto& engine : maps.caustic_engines()) engine->estimate(points, light, statistics);
+  EXPECT_GT(luminance(light[0]), 0);
+  for (std::size_t i = 1; i < light.size(); ++i) EXPECT_EQ(luminance(light[i]), 0) << i;
+}
+
 }  // namespace
 }  // namespace glowworm
