@@ -206,6 +206,27 @@ TEST_F(RadTest, SpotlightsHaveTheIntensityOfTheirSurfaces) {
   EXPECT_NEAR(d.lights[0].direction.y, -1, 1e-6);
 }
 
+/// Photons of a spotlight begin before its surface, whatever its shape, and reach the floor.
+TEST_F(RadTest, SpotlightsAreNotShadedByTheirSurfaces) {
+  for (const char* shape :
+       {"ring r 0 0 8 1 2 3 0 0 -1 0 .1", "sphere r 0 0 4 1 2 3 .1", "polygon r 0 0 9 1 2 3 1 2.1 3 1.1 2 3.05"}) {
+    const auto d = load(std::string(kGrey) + "void spotlight s 0 0 7 100 100 100 60 0 0 -1\ns " + shape +
+                        "\ngrey polygon p 0 0 12 -9 -9 0 9 -9 0 9 9 0 -9 9 0\n");
+    ASSERT_EQ(d.lights.size(), 1u) << shape;
+    const Scene scene(d);
+    const Tracer tracer(scene);
+    for (const float tilt : {-0.5f, 0.0f, 0.5f}) {
+      Ray ray;
+      ray.origin = scene.lights()[0].position;
+      ray.direction = normalize(Vec3{tilt, -1, tilt / 3});
+      ray.t_max = std::numeric_limits<float>::infinity();
+      const Hit hit = tracer.intersect(ray);
+      ASSERT_NE(hit.triangle, kNone) << shape;
+      EXPECT_GT(hit.distance, 2) << shape;
+    }
+  }
+}
+
 TEST_F(RadTest, SkiesOfGenskyAndGendaylit) {
   const std::string glows =
       "skyfunc glow skyglow 0 0 4 .9 .9 1.15 0\nskyglow source sky 0 0 4 0 0 1 180\n"

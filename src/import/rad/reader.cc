@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/input_file.h"
+#include "core/offset_origin.h"
 #include "core/parallel.h"
 #include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
@@ -231,7 +232,21 @@ class RadReader {
     append_counted(description_.geometry, mesh, p.place.file, modifier.material, modifier.emission, notes_);
   }
 
-  /// A spotlight without size has the intensity of its surface along the axis.
+  /// The place along an axis through a point from which the axis leads away from all of the surface.
+  static Vec3 before_surface(const Geometry& mesh, Vec3 point, Vec3 along) {
+    float front = 0;
+    double rounding = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vec3 corner = mesh.positions[a], e1 = mesh.positions[b] - corner, e2 = mesh.positions[c] - corner;
+      if (length(cross(e1, e2)) > 0) rounding = std::max(rounding, rounding_offset(corner, e1, e2));
+      for (const std::uint32_t vertex : {a, b, c}) front = std::max(front, dot(mesh.positions[vertex] - point, along));
+    }
+    // The light's own coordinates are rounded, too.
+    return point + along * (front + static_cast<float>(2 * rounding) + position_rounding(point));
+  }
+
+  /// A spotlight without size has the intensity of its surface along the axis. It hangs just before that surface, which
+  /// would shade it.
   void add_spot(const RadSpot& spot, RGB radiance, const Geometry& mesh, const std::string& name) {
     const Vec3 along = y_up_from_z_up(spot.direction);
     Vec3 middle{0, 0, 0};
@@ -248,7 +263,7 @@ class RadReader {
     Light light;
     light.name = name;
     light.kind = LightKind::spot;
-    light.position = middle / area;
+    light.position = before_surface(mesh, middle / area, along);
     light.direction = along;
     light.intensity = radiance * across;
     light.cos_inner = light.cos_outer = spot.cosine;
