@@ -3,12 +3,16 @@
 #include <limits>
 #include <utility>
 
+#include "core/offset_origin.h"
 #include "photon/emission_guide.h"
 #include "scene/light_sampling.h"
 
 namespace glowworm {
 
 namespace {
+
+/// Of a light's place along a ray that leaves a surface at 15 degrees or more.
+constexpr float kRoundings = 4;
 
 /// The bits of paths without a bounce. What media emit is never part of the caustic map: gather rays see it through
 /// mirrors and glass, too.
@@ -72,12 +76,16 @@ void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, std::vector<Li
   chunk.emitted_light.push_back(photon.light);
   if (is_black(photon.flux)) return;
   add(chunk.balance.emitted, photon.flux);
-  LightPath path{{{photon.origin, 0, photon.direction, std::numeric_limits<float>::infinity()}, photon.flux},
+  const std::uint8_t bounces = first_bounces(scene, photon.light);
+  // A light without size has no side to leave. Where it lies in a surface to rounding, that does not stop its light, as
+  // in ray_to_light() of light samples.
+  const float t_min = bounces & kFromDelta ? kRoundings * position_rounding(photon.origin) : 0;
+  LightPath path{{{photon.origin, t_min, photon.direction, std::numeric_limits<float>::infinity()}, photon.flux},
                  sampler,
                  number,
                  static_cast<std::uint16_t>(in_chunk),
                  photon.light,
-                 first_bounces(scene, photon.light)};
+                 bounces};
   if (!may_leave(pass_.choice, path.bounces)) return;
   path.medium = media_.of(scene, photon.light, photon.direction);
   path.image = photon.origin;

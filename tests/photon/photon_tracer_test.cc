@@ -174,6 +174,41 @@ void expect_same_bits(const PhotonBatch& a, const PhotonBatch& b) {
   EXPECT_EQ(std::memcmp(a.normal.data(), b.normal.data(), a.size() * sizeof(Vec3)), 0);
 }
 
+/// The flux on the floor below a point light of 1 W, with or without a ceiling through the light.
+double flux_below_a_point_light(Vec3 at, Vec3 along, Vec3 across, bool ceiling) {
+  const Vec3 down = normalize(cross(along, across)), corner = at - along * 0.37f - across * 0.43f;
+  SceneDescription d;
+  d.materials.resize(1);
+  add_quad(d, corner + down * 2.0f, along, across, 0);
+  if (ceiling) add_quad(d, corner, along, across, 0);
+  Light light;
+  light.kind = LightKind::point;
+  light.position = at;
+  light.intensity = RGB(static_cast<float>(1 / (4 * kPi)));
+  d.lights.push_back(light);
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  PhotonPassSettings settings;
+  settings.photons = 20000;
+  settings.max_bounces = 1;
+  Statistics statistics;
+  const PhotonPass pass = trace_photons(tracer, settings, statistics);
+  double flux = 0;
+  for (std::size_t i = 0; i < pass.global.size(); ++i)
+    if (dot(pass.global.position[i] - at, down) > 1) flux += pass.global.flux[i].g;
+  return flux;
+}
+
+TEST(PhotonTracer, PointLightsInACeilingLightTheRoom) {
+  for (const Vec3 at : {Vec3{0, 2, 0}, Vec3{31.7f, -12.3f, 7.9f}})
+    for (const auto& [along, across] :
+         {std::pair{Vec3{4, 0, 0}, Vec3{0, 0, 4}}, {Vec3{3.1f, 0.7f, 2}, Vec3{-1, 4.1f, 0.13f}}}) {
+      const double open = flux_below_a_point_light(at, along, across, false);
+      EXPECT_GT(open, 0.05);
+      EXPECT_NEAR(flux_below_a_point_light(at, along, across, true), open, 0.05 * open);
+    }
+}
+
 TEST(PhotonTracer, GivesTheSamePhotonsForAnyNumberOfThreads) {
   const Scene scene(builtin_scene("glass-sphere"));
   set_thread_count(1);
