@@ -160,7 +160,7 @@ std::optional<FoundState> find_state(const Scene& plain, const YearScene& sky, c
   const auto run = [&](const YearScene& lit, RenderSettings s, std::uint32_t part,
                        auto&& light_of) -> std::optional<ColorMatrix> {
     s.seed = hash_combine(s.seed, out.rounds);
-    Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, sensor_time(), grid);
+    Job job(lit.scene, lit.tracer, with_room_for(sensors.size(), s), nullptr, end_of_sensors(), grid);
     watch.wait(job, work.next(parts * (expected - out.rounds) - part + 1));  // one part more: rays to the sun
     if (job.ending() == Ending::cancelled) return std::nullopt;
     return light_of(job);

@@ -81,7 +81,7 @@ RenderSettings with_room_for(std::size_t sensors, RenderSettings settings) {
   return settings;
 }
 
-JobEnd sensor_time(double spent_s) { return {spent_s, nullptr, 2}; }
+JobEnd end_of_sensors() { return {0, nullptr, 2}; }
 
 double student_factor(std::uint32_t degrees) {
   constexpr double kChance = 0.95, z = 1.959964;  // the normal quantile

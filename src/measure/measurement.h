@@ -44,8 +44,8 @@ std::size_t most_sensors(std::uint64_t memory_bytes);
 /// @param settings with a number of bytes
 RenderSettings with_room_for(std::size_t sensors, RenderSettings settings);
 
-/// Of such a Job: it makes two passes, so that errors are known. @param spent_s as JobEnd has it
-JobEnd sensor_time(double spent_s = 0);
+/// The end of such a Job: after two passes at least, so that errors are known.
+JobEnd end_of_sensors();
 
 /// Factor on a standard error that is known with so many degrees of freedom, by which twice their product (1.96 times)
 /// holds the truth with a chance of 95%: quantiles of Student's t over those of the normal distribution, exact for 1

@@ -71,7 +71,7 @@ struct Stage {
     settings.seed = hash_combine(settings.seed, kPilotStream);
     settings.time_limit_s = settings.noise_target = 0;
     settings.light_groups = false;
-    Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+    Job job(scene, tracer, settings, nullptr, end_of_sensors(), grid);
     wait(job);
     seconds += job.seconds();
     const Film film = job.snapshot();

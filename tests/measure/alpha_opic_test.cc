@@ -154,7 +154,7 @@ TEST(AlphaOpic, AddsUpOverLightsByTheirRatios) {
   settings.light_groups = settings.separate_layers = true;
   settings.memory_bytes = 1 << 28;
   const auto grid = std::make_shared<const PointGrid>(sensor_grid(sensors, false, kSensorBatches));
-  Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+  Job job(scene, tracer, settings, nullptr, end_of_sensors(), grid);
   job.wait();
   ASSERT_NE(job.light_groups(), nullptr);
   ASSERT_EQ(job.light_groups()->names, (std::vector<std::string>{"day", "lamp"}));

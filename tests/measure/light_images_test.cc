@@ -70,7 +70,7 @@ Measurement measured(const SceneDescription& d, const Sensors& sensors, Integrat
   s.samples = integrator == Integrator::path ? 256 : 8;
   s.photons = photons;
   s.gather = 64;
-  Job job(scene, std::make_shared<const Tracer>(*scene), sensor_settings(s), nullptr, sensor_time(),
+  Job job(scene, std::make_shared<const Tracer>(*scene), sensor_settings(s), nullptr, end_of_sensors(),
           std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
   job.wait();
   return measurement_of(sensors, job.snapshot(), *scene);

@@ -165,7 +165,7 @@ TEST(Sensors, MeasureTheShareThatAlphaPasses) {
     s.integrator = integrator;
     s.samples = 8;
     s.photons = 1000;
-    Job job(scene, tracer, sensor_settings(s), nullptr, sensor_time(),
+    Job job(scene, tracer, sensor_settings(s), nullptr, end_of_sensors(),
             std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
     job.wait();
     for (const RGB& found : measurement_of(sensors, job.snapshot(), *scene).irradiance) EXPECT_NEAR(found.g, 2, 1e-4f);

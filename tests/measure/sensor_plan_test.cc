@@ -35,7 +35,7 @@ struct Place {
     return plan_sensors(scene, tracer, *grid, asked, [](Job& pilot) { pilot.wait(); });
   }
   Measurement measure(const RenderSettings& settings) const {
-    Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+    Job job(scene, tracer, settings, nullptr, end_of_sensors(), grid);
     job.wait();
     return measurement_of(sensors, job.snapshot(), *scene);
   }

@@ -48,7 +48,7 @@ void expect_honest_errors(const std::shared_ptr<const Scene>& scene, const Senso
   settings.guiding = false;
   settings = sensor_settings(settings);
   for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
-    Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+    Job job(scene, tracer, settings, nullptr, end_of_sensors(), grid);
     job.wait();
     const Film film = job.snapshot();
     std::vector<double>& values = of_seed.emplace_back();
@@ -113,7 +113,7 @@ Deviations deviations(const std::shared_ptr<const Scene>& scene, const Sensors& 
   RenderSettings settings = sensor_settings(effort);
   std::vector<std::vector<double>> level(sensors.size()), stated(sensors.size());
   for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
-    Job job(scene, tracer, settings, nullptr, sensor_time(), grid);
+    Job job(scene, tracer, settings, nullptr, end_of_sensors(), grid);
     job.wait();
     const Measurement measured = measurement_of(sensors, job.snapshot(), *scene);
     for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -210,7 +210,7 @@ TEST(StandardErrors, OfFewSensorsAreKnownBeforeTheyEndAMeasurement) {
     RenderSettings settings = sensor_settings(effort(0));
     settings.integrator = integrator;
     settings.noise_target = 10;
-    Job job(scene, tracer, settings, nullptr, sensor_time(),
+    Job job(scene, tracer, settings, nullptr, end_of_sensors(),
             std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
     job.wait();
     return job.film().whole_passes();
@@ -244,7 +244,7 @@ TEST(StandardErrors, OfOneSensorDoNotEndPathsByChance) {
     asked.integrator = Integrator::path;
     asked.seed = seed;
     asked.noise_target = 0.005;
-    Job job(scene, tracer, sensor_settings(asked), nullptr, sensor_time(), grid);
+    Job job(scene, tracer, sensor_settings(asked), nullptr, end_of_sensors(), grid);
     job.wait();
     const Measurement m = measurement_of(sensor, job.film(), *scene);
     squares += std::pow((m.irradiance[0].g / std::numbers::pi - 1) / m.relative_error[0], 2);

@@ -10,6 +10,7 @@
 #include "measure/annual_metrics.h"
 #include "measure/measurement.h"
 #include "measure/sky_rays.h"
+#include "measure/year_watch.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {
@@ -211,12 +212,7 @@ TEST(RateViews, LeavesOtherHoursAlone) {
   quick.photons = 20'000;
   quick.gather = 8;
   std::vector<double> done;
-  const YearWatch watch{[&](Job& job, YearProgress part) {
-                          done.push_back(part.before);
-                          job.wait();
-                          done.push_back(part.before + part.share);
-                        },
-                        [&](double share) { done.push_back(share); }};
+  const YearWatch watch = recording(done);
   ASSERT_TRUE(
       rate_views(Scene(room_with_opening()), views, 16, model, std::vector<std::uint32_t>{1}, quick, watch, found));
   EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "measure/find_year.h"
 #include "measure/measurement.h"
+#include "measure/year_watch.h"
 #include "scene/scene_parts.h"
 
 namespace glowworm {
@@ -187,7 +188,7 @@ TEST(SlowYear, OfSingleHoursIsWhatRendersOfThemMeasure) {
     const auto scene = std::make_shared<const Scene>(std::move(lit));
     RenderSettings one = sensor_settings(quick());
     one.samples = 4;
-    Job job(scene, std::make_shared<const Tracer>(*scene), one, nullptr, sensor_time(), grid);
+    Job job(scene, std::make_shared<const Tracer>(*scene), one, nullptr, end_of_sensors(), grid);
     job.wait();
     const Measurement m = measurement_of(sensors, job.film(), *scene);
     for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -253,7 +254,7 @@ TEST(FindState, IsUnbiasedBehindSlats) {
   asked.noise_target = 0;
   asked.integrator = Integrator::path;
   asked.samples = 1 << 15;
-  Job job(sky.scene, sky.tracer, sensor_settings(asked), nullptr, sensor_time(),
+  Job job(sky.scene, sky.tracer, sensor_settings(asked), nullptr, end_of_sensors(),
           std::make_shared<const PointGrid>(sensor_grid(sensors, false)));
   job.wait();
   const Measurement m = measurement_of(sensors, job.film(), *sky.scene);
@@ -273,12 +274,7 @@ std::vector<double> told_shares(const SceneDescription& scene, const Sensors& se
   const YearModel model(some_hours(), "", 145, kGround, 60);
   const Scene plain(scene);
   std::vector<double> done;
-  const YearWatch watch{[&](Job& job, YearProgress part) {
-                          done.push_back(part.before);
-                          job.wait();
-                          done.push_back(part.before + part.share);
-                        },
-                        [&](double share) { done.push_back(share); }};
+  const YearWatch watch = recording(done);
   rounds = find_state(plain, under_sky(plain, model), sensors, on_surfaces, model, asked, watch)->rounds;
   return done;
 }

@@ -272,7 +272,8 @@ def measure(
 
     Returns irradiance (m, 3), W m^-2, and its parts direct (from lights), indirect (from surfaces) and caustic (through
     glass and by mirrors); illuminance (m,), lx by 179 lm/W; and relative_error (m,), the error of the illuminance
-    over itself, of which twice holds the truth with a chance of 95%, or inf where no sample found light. Raises Error for sensors inside of solid objects.
+    over itself, of which twice holds the truth with a chance of 95%, or inf where no sample found light. Raises Error
+    for sensors inside of solid objects.
     """
     with _shown(progress) as show:
         return _measure(scene, points, normals, on_surfaces, show, **options)
