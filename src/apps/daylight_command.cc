@@ -91,7 +91,7 @@ void check_options(const DaylightOptions& o) {
     throw CommandLineError("--shade and --shade-schedule are given together or not at all");
   for (const char* const option : {"--sky", "--environment", "--environment-scale"})
     if (std::count(o.changes.given.begin(), o.changes.given.end(), option) > 0)
-      throw CommandLineError(fmt::format("a year has the sky of --epw, and no {}", option));
+      throw CommandLineError(fmt::format("{} does not apply: the sky of a year is that of --epw", option));
   read_command_line([&] { check_year_settings(o.table.settings); });
   limits_of(o);
 }

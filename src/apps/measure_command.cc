@@ -244,8 +244,8 @@ Sensors measure the light that arrives from the half space around their normal:
 irradiance in W m^-2 for each channel of linear RGB, and illuminance in lx by 179 lm/W.
 The columns of CSV are x,y,z,nx,ny,nz,E_W_m2,E_R,E_G,E_B,E_lx,relative_error; E_W_m2 is
 the mean of the channels, relative_error the error of E_lx over E_lx: the truth lies
-within twice of it with a chance of 95%. It is inf, which is unknown, in JSON null,
-where no sample found light.
+within twice of it with a chance of 95%. Where no sample found light, it is unknown:
+inf, or null in JSON.
 A .pts file has a sensor a line: x y z nx ny nz. Sensors inside of objects that are closed
 all around are refused, and left out of --grid. Sensors inside of an object without a
 bottom, or of one that is half as long as the scene, measure darkness. Photons are new

@@ -68,9 +68,9 @@ constexpr SceneOption kSceneOptions[] = {
     {"--haze", "VISIBILITY", "Haze around the scene, for example 200m or 2km: the distance at which contrast is 2%",
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--volume", "FILE[,scale=S][,albedo=A]",
-     "Smoke around the surfaces: the grid 'density' of a .vdb or .nvdb file, in the axes and the unit of the scene's. "
-     "S "
-     "[1] times density is the extinction per unit, of which A [0.5] is scattered",
+     "Smoke around the surfaces: the grid 'density' of a .vdb or .nvdb file, in the axes and the unit of the scene "
+     "file. "
+     "S [1] times density is the extinction per unit, of which A [0.5] is scattered",
      [](SceneChanges& c, const std::string& text) {
        check_volume_text(text);
        c.volume = text;

@@ -30,9 +30,9 @@ constexpr float kCausticFloor = 0.1f;
 /// Photons in an estimate from the caustic map of a single pass, and at most, as multiples of k. Caustics are seen
 /// directly, where noise shows more than in the global map, and blur is a few pixels.
 constexpr double kCausticNearest = 2, kMostCausticNearest = 16;
-/// Largest radius of a caustic photon as a multiple of the radius of the nearest photon of all. Within both lie about
-/// 4 k photons of all light then, to whose noise faint caustics add little: they need not hold as many of their own,
-/// and would be blurred far into places that they do not reach.
+/// Largest radius of a caustic photon, as a multiple of the radius of the nearest photon of the global map. A disc of
+/// that size holds about 4 k photons of all light, and faint caustics add little to their noise. Wider discs would blur
+/// faint caustics far into places that they do not reach.
 constexpr float kMaxCausticOverGlobal = 2;
 
 /// What the memory of light paths is reserved as.
@@ -89,7 +89,6 @@ void PhotonMaps::forget() {
   media_photons_.clear();
   media_maps_.clear();
   radius_grid_.clear();
-  widest_caustics_.clear();
   patches_.clear();
   diagnosis_.clear();
   air_ = AirLight();
@@ -140,8 +139,7 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
   if (has_too_few || !global_.has_photons(photon_inputs(global_)) || !caustic_.has_photons(photon_inputs(caustic_)))
     trace(tracer, statistics);
   const MapWork work{tracer, settings_.shared, statistics};
-  bring_up_global(work);
-  bring_up_caustic(work);
+  bring_up_caustic(work, bring_up_global(work).get());
   bring_up_media(work);
   hold_result();
 }
@@ -165,7 +163,6 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_paths_ = 0;
   global_.clear();
   caustic_.clear();
-  widest_caustics_.clear();
   media_photons_.clear();
   media_maps_.clear();
   // What was found with these photons before stays: radii by place and bright patches.
@@ -283,7 +280,7 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
   correct_estimates(tracer, points, radii, found->kernel(), radiance, settings_.on_all_surfaces);
 }
 
-void PhotonMaps::bring_up_global(const MapWork& work) {
+std::unique_ptr<const QueryRadii> PhotonMaps::bring_up_global(const MapWork& work) {
   const IndexInputs inputs = inputs_of(global_);
   global_.update(inputs, {settings_.narrow, settings_.sampled}, work);
   const std::vector<float>& radii = global_.radii().radii;
@@ -294,29 +291,27 @@ void PhotonMaps::bring_up_global(const MapWork& work) {
         inputs, [&] { return RadiusGrid(global_.photons().batch.position, scaled(radii, settings_.radius_scale)); });
     if (settings_.patches) patches_.update(inputs, [&] { return find_patches(work.tracer); });
   }
+  std::unique_ptr<const QueryRadii> widest_caustics;
   if (caustic_.count() > 0 && !settings_.fixed_radius) {
     const PhaseTimer timer(work.statistics, Phase::build_photon_map);
-    widest_caustics_.update(inputs, [&] {
-      RadiusPolicy policy;
-      policy.kind = RadiusKind::per_photon;
-      policy.radii = scaled(radii, kMaxCausticOverGlobal);
-      return std::make_unique<const QueryRadii>(global_.photons().batch, policy);
-    });
+    RadiusPolicy policy;
+    policy.kind = RadiusKind::per_photon;
+    policy.radii = scaled(radii, kMaxCausticOverGlobal);
+    widest_caustics = std::make_unique<const QueryRadii>(global_.photons().batch, policy);
   }
   if (settings_.diagnosed)
     diagnosis_.update(inputs, [&] { return diagnose(inputs, work.statistics); });
   else
     diagnosis_.clear();
   if (!settings_.kept) global_.drop_photons();
+  return widest_caustics;
 }
 
-void PhotonMaps::bring_up_caustic(const MapWork& work) {
+void PhotonMaps::bring_up_caustic(const MapWork& work, const QueryRadii* widest) {
   if (caustic_.count() == 0) return;
   if (caustic_paths_ < wanted_caustic_paths()) add_caustic_photons(work.tracer, work.statistics);
-  caustic_.update(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled}, work, widest_caustics_->get());
-  if (settings_.kept) return;
-  caustic_.drop_photons();
-  widest_caustics_.clear();
+  caustic_.update(inputs_of(caustic_), {settings_.narrow_caustic, settings_.sampled}, work, widest);
+  if (!settings_.kept) caustic_.drop_photons();
 }
 
 void PhotonMaps::bring_up_media(const MapWork& work) {

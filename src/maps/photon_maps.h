@@ -133,8 +133,9 @@ class PhotonMaps {
   PhotonPass trace_all(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   void trace_air(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics);
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
-  void bring_up_global(const MapWork& work);
-  void bring_up_caustic(const MapWork& work);
+  /// Returns the largest radii of caustic photons; null: there are none, or all have one radius.
+  std::unique_ptr<const QueryRadii> bring_up_global(const MapWork& work);
+  void bring_up_caustic(const MapWork& work, const QueryRadii* widest);
   void bring_up_media(const MapWork& work);
   std::uint64_t wanted_caustic_paths() const;
   std::uint32_t caustic_nearest() const;
@@ -161,7 +162,6 @@ class PhotonMaps {
   std::uint64_t caustic_paths_ = 0;  // paths emitted, or enough, for the caustic map alone
   Memo<KernelInputs, std::unique_ptr<DensityEngine>> diagnosis_;
   Memo<ReachInputs, RadiusGrid> radius_grid_;
-  Memo<RadiusInputs, std::unique_ptr<const QueryRadii>> widest_caustics_;  // radii; as long as there are photons
   Memo<ReachInputs, BrightPatches> patches_;
   Box3 bounds_;
 };

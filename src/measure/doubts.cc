@@ -140,8 +140,8 @@ std::vector<std::string> doubts_after(const Measurement& measured, const Scene& 
   const auto first = static_cast<std::size_t>(std::find_if(e.begin(), e.end(), is_dark) - e.begin());
   return {fmt::format(
       "{} of {} sensors measured no light at all, the first of them at {}: they may lie outside of the "
-      "room or inside of a solid. Else, of samples such as their {}, up to {:.2g}% may find light with a "
-      "chance of 95%: the relative error of these sensors is unknown",
+      "room or inside of a solid. Otherwise {} samples were too few: with 95% confidence, at most {:.2g}% of samples "
+      "find light there. The relative error of these sensors is unknown",
       count, e.size(), place_text(measured.place(first)), measured.samples, 100 * share_unseen(measured.samples))};
 }
 

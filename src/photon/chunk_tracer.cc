@@ -11,7 +11,8 @@ namespace glowworm {
 
 namespace {
 
-/// Of a light's place along a ray that leaves a surface at 15 degrees or more.
+/// Surfaces nearer to a light without size than this, in units of position_rounding(), do not stop its light. Rays at
+/// more than 15 degrees to a plane through the light meet the plane nearer than that.
 constexpr float kRoundings = 4;
 
 /// The bits of paths without a bounce. What media emit is never part of the caustic map: gather rays see it through

@@ -285,7 +285,8 @@ TEST(StandardErrors, OfSensorsThatFoundNoLightAreUnknown) {
   EXPECT_TRUE(std::isinf(measured.relative_error[0]));
   // A chance of 95% that none of 4 finds what 53% find: 0.47^4 = 0.05.
   ASSERT_EQ(doubts_after(measured, lit).size(), 1u);
-  EXPECT_THAT(doubts_after(measured, lit)[0], testing::HasSubstr("of samples such as their 4, up to 53%"));
+  EXPECT_THAT(doubts_after(measured, lit)[0],
+              testing::HasSubstr("4 samples were too few: with 95% confidence, at most 53% of samples"));
   EXPECT_THAT(measurement_csv(measured, ""), testing::HasSubstr(",0,inf\n"));
   const nlohmann::json json = nlohmann::json::parse(measurement_json(measured, ""));
   EXPECT_TRUE(json.at("points").at(0).at("relative_error").is_null());
