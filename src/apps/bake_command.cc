@@ -140,7 +140,7 @@ std::vector<BakeNotes::TextureFile> write_texture_files(const BakeOptions& o, co
   for (const std::string& name : texture_files(o, atlas)) {
     const std::span<const RGB> own = light.subspan(out.size() * texels, texels);
     out.push_back({std::filesystem::path(name).filename()});
-    const bool written = files.write(name, [&] {
+    files.write_told(name, [&] {
       if (o.texture == "rgbm") {
         RgbmLight encoded = encode_rgbm(own);
         out.back().range = encoded.range;
@@ -152,7 +152,6 @@ std::vector<BakeNotes::TextureFile> write_texture_files(const BakeOptions& o, co
       picture.metadata["comments"] = o.command_line;
       write_exr(name, picture);
     });
-    if (written) inform(fmt::format("wrote {}", name));
   }
   return out;
 }
@@ -180,12 +179,9 @@ BakePlaces find_places(const BakeOptions& o, const std::shared_ptr<const Scene>&
 
 void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, const ProbeGrid& probes,
                   OutputFiles& files) {
-  if (files.write(o.output, [&] { write_file(o.output, probes_json(probes, irradiance, o.command_line)); }))
-    inform(fmt::format("wrote {}", o.output));
+  files.write_text(o.output, [&] { return probes_json(probes, irradiance, o.command_line); });
   const std::string picture = probes_picture(o);
-  if (picture.empty()) return;
-  if (files.write(picture, [&] { write_exr(picture, probes_image(probes, irradiance, o.command_line)); }))
-    inform(fmt::format("wrote {}", picture));
+  files.write_told(picture, [&] { write_exr(picture, probes_image(probes, irradiance, o.command_line)); });
 }
 
 void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& tracer, TexelIrradiance irradiance,
@@ -275,8 +271,7 @@ int bake_part(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
   tell_choices(o, places, job);
   const std::exception_ptr failure = attend(o, job, files, [&] { return job.checkpoint(); });
   const bool any = job.passes() > 0;
-  if (any && files.write(o.output, [&] { write_part(o.output, part_of(job), job.snapshot()); }))
-    inform(fmt::format("wrote {}", o.output));
+  if (any) files.write_told(o.output, [&] { write_part(o.output, part_of(job), job.snapshot()); });
   if (failure) std::rethrow_exception(failure);
   if (!any) warn("the bake ended before every point had light: no file was written");
   files.throw_if_any_failed();
@@ -364,16 +359,11 @@ void add_texture_options(CLI::App& c, BakeOptions& o) {
   add_choice(c, "--light", o.light, {"all", "indirect"},
              "Light to bake: indirect leaves direct light to the viewer, which adds it to a lightmap or probes only")
       ->group("Textures");
-  add_number(c, "--texels-per-metre", o.texels_per_metre, 1e-6, 1e9,
-             "Density of texels, in as many atlases as that takes; by default what one atlas holds")
-      ->option_text("N")
-      ->group("Textures");
-  add_number(c, "--atlas", o.side, 16, kMaxAtlasSide, "Side of an atlas in texels")
-      ->option_text("N [1024 to 4096, by the scene]")
-      ->group("Textures");
-  add_number(c, "--spacing", o.spacing, 1e-6, 1e9, "Distance between probes in metres")
-      ->option_text("M")
-      ->group("Textures");
+  add_number(c, "Textures", "--texels-per-metre", o.texels_per_metre, 1e-6, 1e9, "N",
+             "Density of texels, in as many atlases as that takes; by default what one atlas holds");
+  add_number(c, "Textures", "--atlas", o.side, 16, kMaxAtlasSide, "N [1024 to 4096, by the scene]",
+             "Side of an atlas in texels");
+  add_number(c, "Textures", "--spacing", o.spacing, 1e-6, 1e9, "M", "Distance between probes in metres");
   add_text(c, "Textures", "--atlas-picture", o.atlas_picture, "FILE",
            "Write the atlases as a picture, too: .exr or .png");
   add_exposure_option(c, "Textures", o.exposure);

@@ -132,12 +132,10 @@ void add_compare_command(CLI::App& program, const std::string& command_line, int
   add_text(*c, "Options", "--layer", options->layer, "NAME", "Compare this layer of EXR files instead of the image");
   add_text(*c, "Options", "--region", options->region, "X0,Y0,X1,Y1",
            "Compare only these pixels; X1 and Y1 are one past the last");
-  add_number(*c, "--leave-out", options->leave_out, 0, 0.99,
-             "Exclude this share of the worst pixels from MSE and relMSE")
-      ->option_text("SHARE [0]");
-  add_number(*c, "--limit", options->limit, 0, 1e30,
-             "Exit with status 1 if relRMSE is above this, or a pixel is not finite; 0 takes equal pictures only")
-      ->option_text("NUMBER");
+  add_number(*c, "Options", "--leave-out", options->leave_out, 0, 0.99, "SHARE [0]",
+             "Exclude this share of the worst pixels from MSE and relMSE");
+  add_number(*c, "Options", "--limit", options->limit, 0, 1e30, "NUMBER",
+             "Exit with status 1 if relRMSE is above this, or a pixel is not finite; 0 takes equal pictures only");
   c->add_flag("--json", options->json, "Print a JSON object");
   add_table_options(*c, "Machine", Command::compare, options->table);
   c->footer(R"(

@@ -44,7 +44,8 @@ struct DaylightOptions : LightOptions {
   SensorOptions sensors;
   std::vector<std::string> shades, boxes;
   std::string views, dgp;
-  std::uint32_t patches = 145, side = kViewSide;
+  int patches = 145;
+  std::uint32_t side = kViewSide;
   double turn = 0;  // degrees: SkyMoment::turn
   double ground = 0.2, sun_step = 7.5, autonomy = 300, sun_lux = 1000, sun_hours = 250, glare = 0.4;
 
@@ -126,7 +127,7 @@ struct YearInputs {
 YearInputs read_inputs(const DaylightOptions& o) {
   const WeatherYear weather = parse_weather_year(read_input_file(o.weather), o.weather, o.turn);
   for (const std::string& note : weather.notes) inform(fmt::format("note: {}: {}", o.weather, note));
-  YearInputs out{YearModel(weather, o.weather, static_cast<int>(o.patches), o.ground, o.sun_step), {}, {}};
+  YearInputs out{YearModel(weather, o.weather, o.patches, o.ground, o.sun_step), {}, {}};
   if (!o.sky_matrix.empty())
     replace_sky(out.model.sky, parse_matrix(read_input_file(o.sky_matrix), o.sky_matrix), o.sky_matrix);
   const std::size_t hours = weather.hours.size();
@@ -227,22 +228,17 @@ ColorMatrix matrix_of_year(const Year& year) {
 
 void write_year(const DaylightOptions& o, const Year& year, const YearInputs& inputs, const RatedYear& rated,
                 const std::vector<YearState>& states, const std::vector<ViewYear>& views, OutputFiles& files) {
-  const auto write = [&](const std::string& name, const auto& text) {
-    if (name.empty()) return;
-    const bool written = files.write(name, [&] { write_file(name, text()); });
-    if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
-  };
-  write(o.output, [&] {
+  files.write_text(o.output, [&] {
     return lower_ending(o.output) == ".mtx" ? matrix_text(matrix_of_year(year), o.command_line)
                                             : year_csv(year, inputs.model.sky.hours, o.command_line);
   });
-  write(o.metrics, [&] {
+  files.write_text(o.metrics, [&] {
     return lower_ending(o.metrics) == ".json" ? metrics_json(rated, o.command_line)
                                               : metrics_csv(rated, o.command_line);
   });
-  write(o.dgp, [&] { return glare_csv(views, inputs.model.sky.hours, inputs.occupied, o.command_line); });
-  write(o.write_matrix, [&] { return matrix_text(states.front().coefficients.sky, o.command_line); });
-  write(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.model.sky), o.command_line); });
+  files.write_text(o.dgp, [&] { return glare_csv(views, inputs.model.sky.hours, inputs.occupied, o.command_line); });
+  files.write_text(o.write_matrix, [&] { return matrix_text(states.front().coefficients.sky, o.command_line); });
+  files.write_text(o.write_sky, [&] { return matrix_text(matrix_of_sky(inputs.model.sky), o.command_line); });
   files.throw_if_any_failed();
 }
 
@@ -331,7 +327,7 @@ Examples:
 void add_year_options(CLI::App& c, DaylightOptions& o) {
   const auto number = [&](const std::string& name, double& value, double least, double most, const char* unit,
                           const std::string& help) {
-    add_number(c, name, value, least, most, help)->option_text(fmt::format("{} [{}]", unit, value))->group("Year");
+    add_number(c, "Year", name, value, least, most, fmt::format("{} [{}]", unit, value), help);
   };
   add_text(c, "Year", "--epw", o.weather, "FILE", "Weather file of EnergyPlus")->required();
   add_text(c, "Year", "-o,--output", o.output, "FILE",
@@ -341,26 +337,19 @@ void add_year_options(CLI::App& c, DaylightOptions& o) {
   add_text(c, "Year", "--views", o.views, "FILE",
            "Views to rate for glare, a line each: -vp X Y Z -vd X Y Z -vu X Y Z");
   add_text(c, "Year", "--dgp", o.dgp, "FILE", "DGP of every hour and view as .csv; - is standard output");
-  add_number(c, "--side", o.side, 16, 1024, "Pixels along a side of the pictures of views")
-      ->option_text(fmt::format("PIXELS [{}]", kViewSide))
-      ->group("Year");
-  add_text(c, "Year", "--hours", o.hours, "FROM-TO", "Occupied hours of every day, standard time")
-      ->option_text("FROM-TO [" + o.hours + "]");
+  add_number(c, "Year", "--side", o.side, 16, 1024, fmt::format("PIXELS [{}]", kViewSide),
+             "Pixels along a side of the pictures of views");
+  add_text(c, "Year", "--hours", o.hours, "FROM-TO [" + o.hours + "]", "Occupied hours of every day, standard time");
   add_text(c, "Year", "--schedule", o.schedule, "FILE", "Occupied hours, in place of --hours: 0 or 1 a line");
   add_list(c, "Year", "--shade", o.shades, "SCENE", "The scene in another state of its shades");
   add_text(c, "Year", "--shade-schedule", o.shade_schedule, "FILE",
            "The state of each hour: 0, or N of the N-th --shade");
   add_list(c, "Year", "--box", o.boxes, "NAME,X0,Y0,Z0,X1,Y1,Z1", "Rate the sensors in a box together (m)");
-  c.add_option("--sky-patches", o.patches, "Patches of the sky: 145 (Tregenza) or 577 (Reinhart)")
-      ->check(CLI::IsMember({145, 577}))
-      ->take_last()
-      ->option_text("145|577 [145]")
-      ->group("Year");
+  add_sky_patches_option(c, "Year", o.patches, "145|577 [145]", "Patches of the sky: 145 (Tregenza) or 577 (Reinhart)");
   number("--sun-step", o.sun_step, 2, 30, "DEGREES", "Degrees between places of the sun for its reflected light");
   number("--ground", o.ground, 0, 1, "SHARE", "Reflectance of the ground outside");
   number("--da-lux", o.autonomy, 1, 1e6, "LX", "Illuminance of daylight autonomy (lx)");
-  add_text(c, "Year", "--udi", o.useful, "LX,LX,LX", "Limits of useful daylight illuminance")
-      ->option_text("LX,LX,LX [" + o.useful + "]");
+  add_text(c, "Year", "--udi", o.useful, "LX,LX,LX [" + o.useful + "]", "Limits of useful daylight illuminance");
   number("--ase-lux", o.sun_lux, 1, 1e6, "LX", "Direct sunlight that counts as exposure (lx)");
   number("--ase-hours", o.sun_hours, 0, 8784, "HOURS", "A place with more hours than this is exposed");
   number("--dgps", o.glare, 0.184, 1, "DGPS", "Simplified DGP from which hours count as glare");

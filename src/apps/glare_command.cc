@@ -171,7 +171,7 @@ void write_sources(const std::string& name, const GlarePicture& picture, const G
   const Output output = output_of(name);
   Image image = glare_image(picture, glare, output.format == OutputFormat::png);
   image.metadata[kRadianceView] = view;
-  if (files.write(name, [&] { write_picture(output, image, {}); })) inform(fmt::format("wrote {}", name));
+  files.write_told(name, [&] { write_picture(output, image, {}); });
 }
 
 void tell_glare(std::size_t view, const Glare& glare) {
@@ -181,9 +181,8 @@ void tell_glare(std::size_t view, const Glare& glare) {
 
 /// Writes the table.
 void finish(const GlareOptions& o, const std::string& text, OutputFiles& files) {
-  files.write(o.output, [&] { write_file(o.output, text); });
+  files.write_text(o.output, [&] { return text; });
   files.throw_if_any_failed();
-  if (o.output != kStandardOutput) inform(fmt::format("wrote {}", o.output));
 }
 
 /// Adds the files that are written.
@@ -315,16 +314,14 @@ void add_glare_command(CLI::App& program, const std::string& command_line, int& 
            "Picture to write as .png, .hdr or .exr: each source has a colour of its own, the rest is grey");
   add_text(*c, "Glare", "-o,--output", o->output, "FILE", "Table to write as CSV; - is standard output")->required();
   CLI::Option* const threshold =
-      add_number(*c, "--threshold", o->threshold, 1, 1e9, "Luminance above which pixels are sources of glare (cd/m^2)")
-          ->option_text(fmt::format("LUMINANCE [{:.0f}]", kGlareThreshold))
-          ->group("Glare");
+      add_number(*c, "Glare", "--threshold", o->threshold, 1, 1e9, fmt::format("LUMINANCE [{:.0f}]", kGlareThreshold),
+                 "Luminance above which pixels are sources of glare (cd/m^2)");
   add_text(*c, "Glare", "--task", o->task, "X,Y,ANGLE",
            "A circle in the picture that shows the task, by pixels from the lower left corner and radians across: "
            "sources begin at five times its mean luminance, as by evalglare -t X Y ANGLE -b 5")
       ->excludes(threshold);
-  add_number(*c, "--side", o->side, 16, 4096, "Pixels along a side of the pictures")
-      ->option_text(fmt::format("PIXELS [{}]", o->side))
-      ->group("Glare");
+  add_number(*c, "Glare", "--side", o->side, 16, 4096, fmt::format("PIXELS [{}]", o->side),
+             "Pixels along a side of the pictures");
   add_light_option(*c, "Scene", o->lights);
   add_method_options(*c, Command::measure, *o);
   add_report_options(*c, false, o->report);

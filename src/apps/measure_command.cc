@@ -142,16 +142,12 @@ void write_results(const MeasureOptions& o, const Sensors& sensors, const std::v
   const Film film = job.snapshot();
   Measurement measurement = measurement_of(sensors, film, job.scene());
   if (!efficacies.empty()) measurement.alpha_opic = alpha_opic_irradiances(film, sensors.size(), efficacies);
-  for (const std::string& name : o.outputs) {
-    const bool written = files.write(name, [&] {
-      write_file(name, o.sky_patches > 0 ? matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
-                                         : writer_of(o, name)(measurement));
+  for (const std::string& name : o.outputs)
+    files.write_text(name, [&] {
+      return o.sky_patches > 0 ? matrix_text(daylight_matrix(job, sensors.size()), o.command_line)
+                               : writer_of(o, name)(measurement);
     });
-    if (written && name != kStandardOutput) inform(fmt::format("wrote {}", name));
-  }
-  if (!o.page.empty() &&
-      files.write(o.page, [&] { write_file(o.page, report_of(o, zones, measurement, job, tracer)); }))
-    inform(fmt::format("wrote {}", o.page));
+  files.write_text(o.page, [&] { return report_of(o, zones, measurement, job, tracer); });
   if (!o.report.statistics.empty())
     files.write(o.report.statistics, [&] { write_file(o.report.statistics, statistics_of(job, tracer).json + "\n"); });
   files.throw_if_any_failed();
@@ -288,12 +284,9 @@ void add_measure_command(CLI::App& program, const std::string& command_line, int
   add_text(*c, "Sensors", "--report", o->page, "FILE.html",
            "Report of the zones for A4: mean, minimum, uniformity, cylindrical illuminance, UGR, plans with isolines, "
            "luminaires, settings");
-  c->add_option("--sky-patches", o->sky_patches,
-                "Write the daylight matrix of 145 (Tregenza) or 577 (Reinhart) patches of the sky to .mtx files")
-      ->check(CLI::IsMember({145, 577}))
-      ->take_last()
-      ->option_text("145|577")
-      ->group("Sensors");
+  add_sky_patches_option(
+      *c, "Sensors", o->sky_patches, "145|577",
+      "Write the daylight matrix of 145 (Tregenza) or 577 (Reinhart) patches of the sky to .mtx files");
   c->add_flag("--melanopic", o->melanopic,
               "Add the melanopic equivalent daylight illuminance (lx) and the five alpha-opic irradiances of CIE S 026 "
               "(W m^-2), by the spectrum of each light: exact where surfaces are grey")

@@ -84,15 +84,15 @@ void write_outputs(const MergeOptions& o, const Part& all, const Film& film, Out
   std::optional<Image> image;
   for (const Output& output : o.outputs) {
     std::string how;
-    const bool written = files.write(output.path, [&] {
+    const auto write = [&] {
       if (output.format == OutputFormat::part) return write_part(output.path, all, film);
       if (!image) {
         image = make_image(film, all.picture);
         image->metadata["comments"] = o.command_line;
       }
       how = write_picture(output, *image, o.picture);
-    });
-    if (written && output.path != kStandardOutput) inform(fmt::format("wrote {}{}", output.path, how));
+    };
+    files.write_told(output.path, write, how);
   }
   files.throw_if_any_failed();
 }

@@ -29,6 +29,11 @@ class OutputFiles {
   /// Runs `work`, which writes the file. If it throws, returns false, and warns unless there was a warning for this
   /// file before.
   bool write(const std::string& path, const std::function<void()>& work);
+  /// The same, unless `path` is empty, and prints that the file is written, unless it is standard output.
+  /// @param how to add to the message; `work` may set it
+  void write_told(const std::string& path, const std::function<void()>& work, const std::string& how = {});
+  /// The same for a file that holds a text.
+  void write_text(const std::string& path, const std::function<std::string()>& text);
 
   /// Throws Error that names every file whose last write failed, if there is any.
   void throw_if_any_failed() const;

@@ -6,7 +6,6 @@
 #include <exception>
 #include <utility>
 
-#include "apps/attend.h"
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/open_scene.h"
@@ -19,7 +18,6 @@
 #include "session/command_text.h"
 #include "settings/effects.h"
 #include "settings/settings.h"
-#include "share/crew.h"
 
 namespace glowworm {
 

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "apps/commands.h"
 #include "apps/table_options.h"
@@ -106,6 +105,15 @@ void add_sensor_options(CLI::App& command, SensorOptions& o) {
   add_list(command, "Sensors", "--zone", o.zones, "NAME=X,Y,Z,X,Y,Z|OBJECT[,SPACING]",
            "A zone: a rectangle by two opposite corners (m), with the spacing of EN 12464-1 unless another is given, "
            "or the front of an object's surface");
+}
+
+void add_sky_patches_option(CLI::App& command, const std::string& group, int& patches, const std::string& values,
+                            const std::string& meaning) {
+  command.add_option("--sky-patches", patches, meaning)
+      ->check(CLI::IsMember({145, 577}))
+      ->take_last()
+      ->option_text(values)
+      ->group(group);
 }
 
 Sensors make_sensors(const SensorOptions& o, const Tracer& tracer, MemoryBudget& budget, std::vector<Zone>& zones,

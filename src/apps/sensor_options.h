@@ -28,6 +28,9 @@ struct SensorOptions {
 
 /// Adds --points, --grid, --surface and --zone to a command.
 void add_sensor_options(CLI::App& command, SensorOptions& options);
+/// Adds --sky-patches. @param values placeholder in the help
+void add_sky_patches_option(CLI::App& command, const std::string& group, int& patches, const std::string& values,
+                            const std::string& meaning);
 
 /// Reads or makes the sensors. Refuses sensors of a file that are inside of objects, and leaves out those of a plane;
 /// those of zones keep their places, and count for nothing. Throws Error and CommandLineError for what is wrong with

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <sstream>
 
 #include "apps/commands.h"
@@ -74,23 +73,19 @@ void add_sequence_options(CLI::App& c, const std::string& group, SequenceOptions
   add_text(c, group, "--frames", o.frames, "FIRST-LAST[:STEP]",
            "Render these frames of the scene's animation, --script or --turntable; '#' in -o becomes the number. "
            "Frames whose files exist are skipped, and --part I/N renders every N-th");
-  add_number(c, "--turntable", o.turntable, 0, 100'000, "Turn the camera once around the scene in so many frames")
-      ->option_text("N")
-      ->group(group);
+  add_number(c, group, "--turntable", o.turntable, 0, 100'000, "N",
+             "Turn the camera once around the scene in so many frames");
   add_text(c, group, "--script", o.script, "FILE", "Move camera and lights by a script, as 'glowworm view --script'");
-  add_number(c, "--fps", o.frames_per_second, 0.01, 1000, "Frames a second, of animations and of films, -o NAME.mp4")
-      ->option_text("N [24]")
-      ->group(group);
+  add_number(c, group, "--fps", o.frames_per_second, 0.01, 1000, "N [24]",
+             "Frames a second, of animations and of films, -o NAME.mp4");
   add_text(c, group, "--shutter", o.shutter, "SECONDS|OPEN:CLOSE",
            "Motion blur: the shutter is open for so long from the moment of the picture, such as 1/48, or between two "
            "times (s). pbrt files bring their own; 0 turns it off. Samples divide the time");
-  add_number(c, "--reuse", o.reuse, 0, 1000,
+  add_number(c, group, "--reuse", o.reuse, 0, 1000, "N [0]",
              "Against flicker: use gathered light of this many frames before again, where the same places show the "
              "same light. A frame is the same alone, but then takes as long as all of these; so --part and mpirun "
              "divide the frames into runs of neighbours. --noise counts this light, except in every (N + 1)-th frame. "
-             "Where lights or things move, no light is used again")
-      ->option_text("N [0]")
-      ->group(group);
+             "Where lights or things move, no light is used again");
 }
 
 std::shared_ptr<SceneMotion> motion_of(const SequenceOptions& options, const std::string& path, const Moment& moment,

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <string_view>
-#include <type_traits>
 
 #include "core/log.h"
 #include "core/text.h"
@@ -38,18 +37,6 @@ CLI::Option* add_row(CLI::App& command, const Option& option, const std::string&
   return added;
 }
 
-template <typename T>
-CLI::Option* add_bounded(CLI::App& command, const std::string& name, T& value, T least, T most, const char* kind,
-                         const std::string& meaning) {
-  const auto take = [=, &value](const std::string& text) {
-    const double number = parse_count(text);
-    if (!(number >= least && number <= most) || (std::is_integral_v<T> && number != std::floor(number)))
-      throw CommandLineError(fmt::format("{} '{}' is not {} from {} to {}", name, text, kind, least, most));
-    value = static_cast<T>(number);
-  };
-  return command.add_option_function<std::string>(name, take, meaning)->take_last();
-}
-
 }  // namespace
 
 CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
@@ -62,15 +49,24 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string&
       ->option_text(fmt::format("{} [{}]", fmt::join(names, "|"), value));
 }
 
-CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
+template <typename T>
+CLI::Option* add_number(CLI::App& command, const std::string& group, const std::string& name, T& value,
+                        std::type_identity_t<T> least, std::type_identity_t<T> most, const std::string& values,
                         const std::string& meaning) {
-  return add_bounded(command, name, value, least, most, "a number", meaning);
+  constexpr bool kWhole = std::is_integral_v<T>;
+  const auto take = [=, &value](const std::string& text) {
+    const double number = parse_count(text);
+    if (!(number >= least && number <= most) || (kWhole && number != std::floor(number)))
+      throw CommandLineError(fmt::format("{} '{}' is not {} from {} to {}", name, text,
+                                         kWhole ? "a whole number" : "a number", least, most));
+    value = static_cast<T>(number);
+  };
+  return command.add_option_function<std::string>(name, take, meaning)->take_last()->option_text(values)->group(group);
 }
-
-CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_t& value, std::uint32_t least,
-                        std::uint32_t most, const std::string& meaning) {
-  return add_bounded(command, name, value, least, most, "a whole number", meaning);
-}
+template CLI::Option* add_number(CLI::App&, const std::string&, const std::string&, double&, double, double,
+                                 const std::string&, const std::string&);
+template CLI::Option* add_number(CLI::App&, const std::string&, const std::string&, std::uint32_t&, std::uint32_t,
+                                 std::uint32_t, const std::string&, const std::string&);
 
 void add_table_options(CLI::App& command, const std::string& group, Command which, TableOptions& options) {
   for (const Option& option : render_options())

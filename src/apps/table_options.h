@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "apps/commands.h"
@@ -51,11 +52,12 @@ void add_simd_option(CLI::App& command, const std::string& group, std::string& s
 CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& value,
                         const std::vector<std::string>& names, const std::string& meaning);
 
-/// Adds an option with a number in [least, most]. Other numbers, infinity and "nan" end the program with status 2.
-CLI::Option* add_number(CLI::App& command, const std::string& name, double& value, double least, double most,
+/// Adds an option with a number in [least, most]: a double or a std::uint32_t. Other numbers, infinity and "nan" end
+/// the program with status 2. @param values placeholder in the help
+template <typename T>
+CLI::Option* add_number(CLI::App& command, const std::string& group, const std::string& name, T& value,
+                        std::type_identity_t<T> least, std::type_identity_t<T> most, const std::string& values,
                         const std::string& meaning);
-CLI::Option* add_number(CLI::App& command, const std::string& name, std::uint32_t& value, std::uint32_t least,
-                        std::uint32_t most, const std::string& meaning);
 
 /// Adds the options of one group of the table to a command.
 /// @param which the command, as the table names it

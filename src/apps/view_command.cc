@@ -33,13 +33,10 @@ void add_start_options(CLI::App& c, ViewOptions& o) {
 void add_session_options(CLI::App& c, ViewOptions& o) {
   add_text(c, "Session", "--script", o.script, "FILE.json", "Play this JSON file; docs/guide.md has its keys");
   add_text(c, "Session", "--out", o.out, "FOLDER", "Write every frame to this folder instead of opening a window");
-  add_number(c, "--frames", o.frames, 1u, 1'000'000'000u, "Stop after this number of frames")
-      ->option_text("N [the script's]")
-      ->group("Session");
+  add_number(c, "Session", "--frames", o.frames, 1, 1'000'000'000, "N [the script's]",
+             "Stop after this number of frames");
   add_choice(c, "--format", o.format, {"png", "exr"}, "Format of the frames in --out")->group("Session");
-  add_number(c, "--fps", o.fps, 0.1, 1000, "Frames a second to hold while the view moves")
-      ->option_text("N [15]")
-      ->group("Session");
+  add_number(c, "Session", "--fps", o.fps, 0.1, 1000, "N [15]", "Frames a second to hold while the view moves");
   c.add_flag("--adapt", o.adapt, "Also with --out: hold --fps with fewer pixels, rays and photons while the view moves")
       ->group("Session");
   add_simd_option(c, "Session", o.simd);

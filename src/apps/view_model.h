@@ -1,6 +1,5 @@
 // The state of the window: camera and settings, newest frame and messages. Its parts share it.
 #pragma once
-#include <array>
 #include <deque>
 #include <memory>
 #include <optional>
