@@ -1,6 +1,5 @@
 // The Hilbert curve in three dimensions, from a table of orientations (an L-system).
 #pragma once
-#include <array>
 #include <cstdint>
 
 #include "core/box.h"
@@ -11,23 +10,11 @@ namespace glowworm {
 /// The most bits per axis that fit into a 64-bit Morton code or Hilbert key.
 inline constexpr int kHilbertMaxBits = 21;
 
-/// The order in which the curve visits the eight octants of a cell, for each of its 24 orientations. Octants are
-/// numbered (x upper half) + 2 (y upper half) + 4 (z upper half). The curve of the whole cube starts in orientation 0
-/// at any depth, so a shorter key is a prefix of a longer one.
-struct HilbertTables {
-  static constexpr int kOrientations = 24;
-  /// By orientation and octant: the position of the octant on the curve (0 to 7), plus 8 times its orientation.
-  std::array<std::array<std::uint8_t, 8>, kOrientations> place{};
-  /// By orientation and position on the curve: the octant visited there, which is the child order of an octree.
-  std::array<std::array<std::uint8_t, 8>, kOrientations> octant{};
-  constexpr HilbertTables();
-};
-extern const HilbertTables kHilbert;
-
 /// Interleaves the low 21 bits of three numbers: bit i of x, y, z becomes bit 3i, 3i + 1, 3i + 2.
 std::uint64_t morton_code(std::uint32_t x, std::uint32_t y, std::uint32_t z);
 
-/// The position on the Hilbert curve of the cell with a given Morton code, in a grid of 2^bits cells per axis.
+/// The position on the Hilbert curve of the cell with a given Morton code, in a grid of 2^bits cells per axis. A key of
+/// fewer bits is a prefix of a longer one.
 /// @param bits 0 to 21; bits of `morton` above 3 * bits are ignored
 std::uint64_t hilbert_key_of_morton(std::uint64_t morton, int bits);
 

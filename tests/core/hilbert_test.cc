@@ -20,14 +20,14 @@ std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, int
 /// The inverse of hilbert_key().
 GridCell hilbert_cell(std::uint64_t key, int bits) {
   GridCell cell{0, 0, 0};
-  unsigned orientation = 0;
-  for (int level = bits - 1; level >= 0; --level) {
-    const unsigned octant = kHilbert.octant[orientation][key >> (3 * level) & 7];
-    cell.x = cell.x << 1 | (octant & 1);
-    cell.y = cell.y << 1 | (octant >> 1 & 1);
-    cell.z = cell.z << 1 | (octant >> 2 & 1);
-    orientation = kHilbert.place[orientation][octant] >> 3;
-  }
+  // The key of a coarser cell is the beginning of that of a cell in it.
+  for (int level = bits - 1; level >= 0; --level)
+    for (unsigned octant = 0; octant < 8; ++octant) {
+      const GridCell child{cell.x << 1 | (octant & 1), cell.y << 1 | (octant >> 1 & 1), cell.z << 1 | octant >> 2};
+      if (hilbert_key(child.x, child.y, child.z, bits - level) != key >> (3 * level)) continue;
+      cell = child;
+      break;
+    }
   return cell;
 }
 
