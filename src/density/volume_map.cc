@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "core/hilbert.h"
 #include "core/parallel.h"
+#include "core/radix_sort.h"
 #include "density/compact_sort.h"
 
 namespace glowworm {
@@ -17,8 +19,6 @@ namespace {
 
 // Segments that are sorted together, after keys have grouped them.
 constexpr std::size_t kSegmentRun = 512;
-// Segments that one thread sorts at once.
-constexpr std::size_t kSortedKeys = std::size_t{1} << 16;
 // Bits of a key for each axis.
 constexpr int kSegmentBits = 10;
 // Bounds on the rounding of the distance between a segment and a photon, as a share of the coordinates.
@@ -28,17 +28,8 @@ constexpr double kDistanceRounding = 4e-6;
 constexpr float kWidest = 1;
 constexpr std::uint32_t kNoMedium = ~std::uint32_t{0};
 
-/// What sorts a segment: the part of its medium (in the index), and where it enters and leaves the medium's box.
-struct SegmentKey {
-  std::uint64_t ends = 0;
-  std::uint32_t medium = kNoMedium;
-  std::uint32_t segment = 0;
-
-  bool operator<(const SegmentKey& other) const {
-    if (medium != other.medium) return medium < other.medium;
-    return ends != other.ends ? ends < other.ends : segment < other.segment;
-  }
-};
+/// A segment, and the part of its medium (in the index).
+using SegmentInPart = KeyedIndex<std::uint32_t>;
 
 /// The part of a segment within a box.
 struct Clipped {
@@ -84,37 +75,21 @@ std::uint64_t key_of_ends(const CubeGrid& grid, Vec3 a, Vec3 b) {
   return key;
 }
 
-/// Sorts on all threads.
-void sort_keys(LargeVector<SegmentKey>& keys) {
-  const std::size_t n = keys.size();
-  parallel_for(0, n, kSortedKeys, [&](std::size_t first, std::size_t last) {
-    std::sort(keys.begin() + static_cast<std::ptrdiff_t>(first), keys.begin() + static_cast<std::ptrdiff_t>(last));
-  });
-  LargeVector<SegmentKey> merged(n > kSortedKeys ? n : 0);
-  for (std::size_t width = kSortedKeys; width < n; width *= 2) {
-    parallel_for(0, n, 2 * width, [&](std::size_t first, std::size_t last) {
-      const SegmentKey* const from = keys.data();
-      const std::size_t middle = std::min(first + width, last);
-      std::merge(from + first, from + middle, from + middle, from + last, merged.data() + first);
-    });
-    keys.swap(merged);
-  }
-}
-
 /// The part of a medium that a segment meets.
 VolumeIndex::Key chosen_part(const VolumeIndex& index, const SegmentMedium& medium) {
   const std::uint32_t parts = index.parts(medium.index);
   return {medium.index, static_cast<std::uint32_t>(double{medium.random} * parts)};
 }
 
-/// The segments that may see something, sorted.
-LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSegments& segments) {
+/// The segments that may see something: by part, and in each by where they enter and leave its box.
+std::vector<SegmentInPart> sorted_segments(const VolumeIndex& index, const VolumeSegments& segments) {
   const std::span<const VolumeIndex::Medium> media = index.media();
   std::vector<CubeGrid> grids;
   for (const VolumeIndex::Medium& medium : media) grids.emplace_back(medium.bounds, kSegmentBits);
-  LargeVector<SegmentKey> keys(segments.size());
+  std::vector<KeyedIndex<std::uint64_t>> by_ends(segments.size());
+  std::vector<std::uint32_t> parts(segments.size(), kNoMedium);
   parallel_for_each(segments.size(), 4096, [&](std::size_t i) {
-    keys[i] = {0, kNoMedium, static_cast<std::uint32_t>(i)};
+    by_ends[i] = {0, static_cast<std::uint32_t>(i)};
     if (!counts(segments, i)) return;
     const VolumeIndex::Key wanted = chosen_part(index, segments.medium[i]);
     const auto found = std::lower_bound(media.begin(), media.end(), wanted,
@@ -122,13 +97,16 @@ LargeVector<SegmentKey> sorted_segments(const VolumeIndex& index, const VolumeSe
     if (found == media.end() || found->key != wanted) return;
     const Clipped part = clip(found->bounds, segments.origin[i], segments.direction[i], segments.length[i]);
     if (!(part.from <= part.to)) return;
-    const auto m = static_cast<std::uint32_t>(found - media.begin());
-    keys[i].medium = m;
-    keys[i].ends = key_of_ends(grids[m], along(segments, i, part.from), along(segments, i, part.to));
+    parts[i] = static_cast<std::uint32_t>(found - media.begin());
+    by_ends[i].key = key_of_ends(grids[parts[i]], along(segments, i, part.from), along(segments, i, part.to));
   });
-  std::erase_if(keys, [](const SegmentKey& key) { return key.medium == kNoMedium; });
-  sort_keys(keys);
-  return keys;
+  radix_sort(by_ends, 6 * kSegmentBits);
+  std::vector<SegmentInPart> sorted;
+  sorted.reserve(segments.size());
+  for (const auto& [key, segment] : by_ends)
+    if (parts[segment] != kNoMedium) sorted.push_back({parts[segment], segment});
+  radix_sort(sorted, std::bit_width(media.size()));
+  return sorted;
 }
 
 /// Grows the bounds of a tile around the ends of its segments.
@@ -222,11 +200,11 @@ class SegmentWorker {
       : index_(index), segments_(segments), found_(found) {}
 
   /// Segments of one medium, at most kSegmentRun.
-  void work(std::span<const SegmentKey> run) {
-    const VolumeIndex::Medium& medium = index_.media()[run[0].medium];
+  void work(std::span<const SegmentInPart> run) {
+    const VolumeIndex::Medium& medium = index_.media()[run[0].key];
     const VolumeTree tree = index_.tree(medium);
     for (std::size_t i = 0; i < run.size(); ++i) {
-      const std::uint32_t s = run[i].segment;
+      const std::uint32_t s = run[i].index;
       const Clipped part = clip(medium.bounds, segments_.origin[s], segments_.direction[s], segments_.length[s]);
       const Vec3 a = along(segments_, s, part.from), b = along(segments_, s, part.to);
       // A radius of 1 weighs both ends alike.
@@ -321,15 +299,15 @@ void VolumeMap::build(const VolumeBeams& beams, std::span<const RGB> flux, const
 
 void VolumeMap::estimate(const VolumeSegments& segments, std::span<RGB> found, Statistics& statistics) const {
   if (empty() || segments.size() == 0) return;
-  LargeVector<SegmentKey> keys;
-  std::vector<std::span<const SegmentKey>> runs;
+  std::vector<SegmentInPart> sorted;
+  std::vector<std::span<const SegmentInPart>> runs;
   {
     PhaseTimer timer(statistics, Phase::reorder);
-    keys = sorted_segments(index_, segments);
-    for (std::size_t first = 0; first < keys.size();) {
+    sorted = sorted_segments(index_, segments);
+    for (std::size_t first = 0; first < sorted.size();) {
       std::size_t last = first;
-      while (last < keys.size() && last < first + kSegmentRun && keys[last].medium == keys[first].medium) ++last;
-      runs.emplace_back(keys.data() + first, last - first);
+      while (last < sorted.size() && last < first + kSegmentRun && sorted[last].key == sorted[first].key) ++last;
+      runs.emplace_back(sorted.data() + first, last - first);
       first = last;
     }
   }
@@ -346,8 +324,8 @@ void VolumeMap::estimate(const VolumeSegments& segments, std::span<RGB> found, S
 
 std::uint64_t VolumeMap::photon_bytes(std::size_t photons) { return VolumeIndex::photon_bytes(photons); }
 std::uint64_t VolumeMap::segment_bytes(std::size_t segments) {
-  // The keys, and those merged from them.
-  return segments * 2 * sizeof(SegmentKey);
+  // Those by their ends, twice while they are sorted, and their parts.
+  return segments * (2 * sizeof(KeyedIndex<std::uint64_t>) + sizeof(std::uint32_t));
 }
 std::uint64_t VolumeMap::beam_bytes(std::size_t beams) { return VolumeIndex::piece_bytes(BeamPieces::most(beams)); }
 
