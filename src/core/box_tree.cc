@@ -1,45 +1,33 @@
 #include "core/box_tree.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace glowworm {
 
-BoxTree::BoxTree(std::vector<Box3> boxes) {
-  if (!boxes.empty()) build(boxes, 0, boxes.size());
+BoxTree::BoxTree(std::span<const Box3> boxes) {
+  std::vector<std::uint32_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), 0u);
+  if (!boxes.empty()) build(boxes, order);
 }
 
-void BoxTree::build(std::vector<Box3>& boxes, std::size_t first, std::size_t last) {
+void BoxTree::build(std::span<const Box3> boxes, std::span<std::uint32_t> order) {
   const std::size_t at = nodes_.size();
   Node node;
-  for (std::size_t i = first; i < last; ++i) node.box.grow(boxes[i]);
+  for (const std::uint32_t i : order) node.box.grow(boxes[i]);
+  node.is_leaf = order.size() == 1;
+  if (node.is_leaf) node.other = order[0];
   nodes_.push_back(node);
-  if (last - first == 1) return;
+  if (node.is_leaf) return;
   const int axis = node.box.longest_axis();
-  const std::size_t middle = first + (last - first) / 2;
-  const auto place = [&](std::size_t i) { return boxes.begin() + static_cast<std::ptrdiff_t>(i); };
-  std::nth_element(place(first), place(middle), place(last), [axis](const Box3& a, const Box3& b) {
-    return a.min[axis] + a.max[axis] < b.min[axis] + b.max[axis];
-  });
-  build(boxes, first, middle);
+  const std::size_t half = order.size() / 2;
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return boxes[a].min[axis] + boxes[a].max[axis] < boxes[b].min[axis] + boxes[b].max[axis];
+                   });
+  build(boxes, order.first(half));
   nodes_[at].other = static_cast<std::uint32_t>(nodes_.size());
-  build(boxes, middle, last);
-}
-
-bool BoxTree::meets(Vec3 origin, Vec3 direction, float length, float margin) const {
-  if (nodes_.empty()) return false;
-  const Vec3 inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-  std::uint32_t stack[kMaxDepth + 1], depth = 0, at = 0;
-  for (;;) {
-    const Node& node = nodes_[at];
-    if (meets_box(node.box, origin, inverse, length, margin)) {
-      if (node.other == 0) return true;
-      stack[depth++] = node.other;
-      ++at;
-      continue;
-    }
-    if (depth == 0) return false;
-    at = stack[--depth];
-  }
+  build(boxes, order.subspan(half));
 }
 
 }  // namespace glowworm

@@ -19,7 +19,7 @@ void KeptPaths::begin(const Tracer& tracer, const PhotonPassSettings& s, Guides 
   std::optional<std::vector<Box3>> changed;
   if (pass_ == pass && moment_) changed = moment_->places_changed_in(tracer.scene());
   if (!changed) clear();
-  changed_ = changed ? BoxTree(std::move(*changed)) : BoxTree();
+  changed_ = changed ? BoxTree(*changed) : BoxTree();
   pass_ = std::move(pass);
   kept_photons_ = 0;
   ++number_;

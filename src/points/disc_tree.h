@@ -4,7 +4,6 @@
 #include <limits>
 #include <vector>
 
-#include "core/box.h"
 #include "core/box_tree.h"
 #include "core/vec.h"
 
@@ -24,7 +23,7 @@ struct DiscCrossing {
   float radius_squared = 0;  ///< from the disc's centre, m^2
 };
 
-/// A binary tree of boxes over discs. Immutable; calls are thread-safe.
+/// Immutable; calls are thread-safe.
 class DiscTree {
  public:
   DiscTree() = default;
@@ -37,36 +36,13 @@ class DiscTree {
   /// false. Which discs it finds, and their crossings, depend on the ray and the disc alone.
   template <class Visit>
   void for_crossed(Vec3 origin, Vec3 direction, float length, Visit&& visit) const {
-    if (nodes_.empty()) return;
-    const Vec3 inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-    std::uint32_t stack[kMaxDepth + 1], depth = 0, at = 0;
-    for (;;) {
-      const Node& node = nodes_[at];
-      if (meets_box(node.box, origin, inverse, length)) {
-        if (node.count == 0) {
-          stack[depth++] = node.first;
-          ++at;
-          continue;
-        }
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-          const DiscCrossing crossing = cross(order_[i], origin, direction, length);
-          if (crossing.distance <= length && !visit(crossing)) return;
-        }
-      }
-      if (depth == 0) return;
-      at = stack[--depth];
-    }
+    boxes_.for_met(origin, direction, length, 0, [&](std::uint32_t i) {
+      const DiscCrossing crossing = cross(i, origin, direction, length);
+      return !(crossing.distance <= length) || visit(crossing);
+    });
   }
 
  private:
-  static constexpr std::uint32_t kMaxDepth = 32, kLeaf = 4;
-  /// An inner node has count 0; its left child follows it, and `first` is its right one.
-  struct Node {
-    Box3 box;
-    std::uint32_t first = 0, count = 0;
-  };
-
-  void build(std::uint32_t first, std::uint32_t last);
   /// The distance is no number where the ray misses.
   DiscCrossing cross(std::uint32_t disc, Vec3 origin, Vec3 direction, float length) const {
     constexpr DiscCrossing kMissed{0, std::numeric_limits<float>::quiet_NaN(), 0};
@@ -80,8 +56,7 @@ class DiscTree {
   }
 
   std::vector<Disc> discs_;
-  std::vector<std::uint32_t> order_;
-  std::vector<Node> nodes_;
+  BoxTree boxes_;
 };
 
 }  // namespace glowworm

@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "core/hilbert.h"
-#include "core/parallel.h"
 
 namespace glowworm {
 
