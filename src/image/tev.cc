@@ -119,69 +119,63 @@ int connect_to(const addrinfo* list, std::chrono::steady_clock::time_point deadl
   return -1;
 }
 
+void add_bytes(TevPacket& packet, const void* data, std::size_t count) {
+  const auto* const bytes = static_cast<const char*>(data);
+  packet.insert(packet.end(), bytes, bytes + count);
+}
+
+template <typename... Integers>
+void add(TevPacket& packet, Integers... values) {
+  (add_bytes(packet, &values, sizeof values), ...);
+}
+
+void add_text(TevPacket& packet, std::string_view text) {
+  // Text must not contain a zero byte.
+  add_bytes(packet, text.data(), std::min(text.size(), text.find('\0')));
+  add(packet, '\0');
+}
+
+void add_names(TevPacket& packet, const Image& image) {
+  add(packet, static_cast<std::int32_t>(image.channels().size()));
+  for (const ImageChannel& channel : image.channels()) add_text(packet, channel.name);
+}
+
+TevPacket begin_packet(std::uint8_t kind, bool takes_focus, std::string_view name) {
+  TevPacket packet;
+  add(packet, std::uint32_t{0}, kind, std::uint8_t{takes_focus});
+  add_text(packet, name);
+  return packet;
+}
+
+TevPacket with_length(TevPacket packet) {
+  const auto length = static_cast<std::uint32_t>(packet.size());
+  std::memcpy(packet.data(), &length, sizeof(length));
+  return packet;
+}
+
 }  // namespace
 
 void check_tev_address(const std::string& address) { parse_address(address); }
 
-TevPacket::TevPacket(std::uint8_t kind) {
-  add(std::uint32_t{0});  // length, filled in at the end
-  add(kind);
+TevPacket tev_create_image(std::string_view name, const Image& image) {
+  TevPacket packet = begin_packet(kCreateImage, true, name);
+  add(packet, static_cast<std::int32_t>(image.width()), static_cast<std::int32_t>(image.height()));
+  add_names(packet, image);
+  return with_length(std::move(packet));
 }
 
-void TevPacket::add_bytes(const void* data, std::size_t count) {
-  if (count == 0) return;
-  const std::size_t at = bytes_.size();
-  bytes_.resize(at + count);
-  std::memcpy(bytes_.data() + at, data, count);
-}
-
-template <typename Integer>
-void TevPacket::add(Integer value) {
-  add_bytes(&value, sizeof(value));
-}
-
-void TevPacket::add_text(std::string_view text) {
-  // Text must not contain a zero byte.
-  add_bytes(text.data(), std::min(text.size(), text.find('\0')));
-  add('\0');
-}
-
-void TevPacket::add_names(const Image& image) {
-  add(static_cast<std::int32_t>(image.channels().size()));
-  for (const ImageChannel& channel : image.channels()) add_text(channel.name);
-}
-
-void TevPacket::finish() {
-  const auto length = static_cast<std::uint32_t>(bytes_.size());
-  std::memcpy(bytes_.data(), &length, sizeof(length));
-}
-
-TevPacket TevPacket::create_image(std::string_view name, const Image& image) {
-  TevPacket packet(kCreateImage);
-  packet.add(std::uint8_t{1});  // take the focus
-  packet.add_text(name);
-  packet.add(static_cast<std::int32_t>(image.width()));
-  packet.add(static_cast<std::int32_t>(image.height()));
-  packet.add_names(image);
-  packet.finish();
-  return packet;
-}
-
-TevPacket TevPacket::update_image(std::string_view name, const Image& image, int first, int last) {
-  TevPacket packet(kUpdateImage);
-  packet.add(std::uint8_t{0});  // do not take the focus
-  packet.add_text(name);
-  packet.add_names(image);
-  for (const int number : {0, first, image.width(), last - first}) packet.add(static_cast<std::int32_t>(number));
+TevPacket tev_update_image(std::string_view name, const Image& image, int first, int last) {
+  TevPacket packet = begin_packet(kUpdateImage, false, name);
+  add_names(packet, image);
+  for (const int number : {0, first, image.width(), last - first}) add(packet, static_cast<std::int32_t>(number));
   const std::int64_t pixels = static_cast<std::int64_t>(image.width()) * (last - first);
   // For each channel: offset of its first sample, and stride.
-  for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(static_cast<std::int64_t>(c) * pixels);
-  for (std::size_t c = 0; c < image.channels().size(); ++c) packet.add(std::int64_t{1});
+  for (std::size_t c = 0; c < image.channels().size(); ++c) add(packet, static_cast<std::int64_t>(c) * pixels);
+  for (std::size_t c = 0; c < image.channels().size(); ++c) add(packet, std::int64_t{1});
   const auto offset = static_cast<std::size_t>(first) * static_cast<std::size_t>(image.width());
   for (const ImageChannel& channel : image.channels())
-    packet.add_bytes(channel.samples.data() + offset, static_cast<std::size_t>(pixels) * sizeof(float));
-  packet.finish();
-  return packet;
+    add_bytes(packet, channel.samples.data() + offset, static_cast<std::size_t>(pixels) * sizeof(float));
+  return with_length(std::move(packet));
 }
 
 TevConnection::TevConnection(const std::string& address, double patience_s)
@@ -200,9 +194,8 @@ TevConnection::Clock::time_point TevConnection::deadline() const {
 }
 
 void TevConnection::send(const TevPacket& packet, Clock::time_point deadline) {
-  const std::vector<char>& bytes = packet.bytes();
-  for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t count = ::send(socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+  for (std::size_t sent = 0; sent < packet.size();) {
+    const ssize_t count = ::send(socket_, packet.data() + sent, packet.size() - sent, MSG_NOSIGNAL);
     if (count >= 0) {
       sent += static_cast<std::size_t>(count);
       continue;
@@ -217,12 +210,12 @@ void TevConnection::show(const std::string& name, const Image& image) {
   std::string what = fmt::format("{} {}x{}", name, image.width(), image.height());
   for (const ImageChannel& channel : image.channels()) what += " " + channel.name;
   const Clock::time_point end = deadline();
-  if (what != shown_) send(TevPacket::create_image(name, image), end);
+  if (what != shown_) send(tev_create_image(name, image), end);
   shown_ = what;
   const std::size_t row = static_cast<std::size_t>(image.width()) * image.channels().size() * sizeof(float);
   const int rows = static_cast<int>(std::max<std::size_t>(1, kPacketBytes / std::max<std::size_t>(row, 1)));
   for (int first = 0; first < image.height(); first += rows)
-    send(TevPacket::update_image(name, image, first, std::min(first + rows, image.height())), end);
+    send(tev_update_image(name, image, first, std::min(first + rows, image.height())), end);
 }
 
 }  // namespace glowworm

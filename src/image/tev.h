@@ -12,26 +12,11 @@ namespace glowworm {
 
 /// One packet of tev's protocol, little-endian: its length in bytes, including these four (uint32), the kind of packet
 /// (uint8), then the fields; strings end with a zero byte. As written by tev's own Python client (tev.py, ipc.py).
-class TevPacket {
- public:
-  /// A blank picture with these channels (CreateImage, kind 4).
-  static TevPacket create_image(std::string_view name, const Image& image);
-  /// Rows [first, last) of all channels, channel by channel (UpdateImage, version 3, kind 6).
-  static TevPacket update_image(std::string_view name, const Image& image, int first, int last);
-
-  const std::vector<char>& bytes() const { return bytes_; }
-
- private:
-  explicit TevPacket(std::uint8_t kind);
-  void add_bytes(const void* data, std::size_t count);
-  template <typename Integer>
-  void add(Integer value);
-  void add_text(std::string_view text);
-  void add_names(const Image& image);
-  void finish();
-
-  std::vector<char> bytes_;
-};
+using TevPacket = std::vector<char>;
+/// A blank picture with these channels (CreateImage, kind 4).
+TevPacket tev_create_image(std::string_view name, const Image& image);
+/// Rows [first, last) of all channels, channel by channel (UpdateImage, version 3, kind 6).
+TevPacket tev_update_image(std::string_view name, const Image& image, int first, int last);
 
 /// Throws Error if the address is not HOST:PORT, or HOST.
 void check_tev_address(const std::string& address);

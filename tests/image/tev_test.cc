@@ -62,7 +62,7 @@ TEST(TevPacket, CreatesAnImageByteForByte) {
   image.add_scalar("A", std::vector<float>{0, 0});
   // 4 of length, 1 of kind, 1 of focus, 2 of name, 3 x 4 of numbers, 2 of a channel's name.
   const std::vector<char> wanted = {22, 0, 0, 0, 4, 1, 'x', 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 'A', 0};
-  EXPECT_EQ(TevPacket::create_image("x", image).bytes(), wanted);
+  EXPECT_EQ(tev_create_image("x", image), wanted);
 }
 
 /// What a tev would hold: the packets applied one after another.
