@@ -4,17 +4,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "control/path_tracer.h"
-#include "control/scheduler.h"
 #include "core/content_hash.h"
 #include "core/error.h"
 #include "core/log.h"
 #include "core/parallel.h"
-#include "film/filtered.h"
 #include "film/output.h"
 #include "maps/gather_guiding.h"
 #include "maps/memory.h"
@@ -31,9 +28,6 @@ std::string hash_of_moment(const RenderKey& key) {
   hash.add(std::string_view(key_text(key_of_photons(key))));
   return fmt::format("{:016x}", hash.value());
 }
-
-/// Share of the rows of a picture that show what it takes to finish it, and the fewest of them.
-constexpr int kRehearsedShareInverse = 16, kRehearsedRows = 32;
 
 /// Whether to test the noise after this pass. Few samples may not have found some light yet. The filter costs as much
 /// as a share of a pass, so filtered pictures are tested each time their passes have grown by an eighth.
@@ -70,7 +64,7 @@ RenderSettings with_numbers_of_sequence(RenderSettings asked, const JobMaps* map
 
 /// Rows in the middle of the picture that show what it takes to finish it.
 PixelBounds rehearsed_part(const PixelBounds& all) {
-  const int rows = std::min(std::max(all.height() / kRehearsedShareInverse, kRehearsedRows), all.height());
+  const int rows = std::min(std::max(static_cast<int>(all.height() * kPilotShare), 32), all.height());
   const int first = all.y0 + (all.height() - rows) / 2;
   return {all.x0, first, all.x1, first + rows};
 }

@@ -1,5 +1,4 @@
 // The part of Job that shares a render with other ranks.
-#include <cmath>
 #include <mutex>
 #include <optional>
 #include <vector>

@@ -5,6 +5,7 @@
 
 #include "control/path_policy.h"
 #include "core/make_parts.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "gather/final_gather.h"
 #include "maps/image_light.h"
@@ -12,8 +13,6 @@
 namespace glowworm {
 
 namespace {
-
-constexpr std::size_t kSamplesPerChunk = 256;
 
 /// Traces the samples of tasks.
 class PathPass {
@@ -45,16 +44,17 @@ class PathPass {
  private:
   void trace(const CameraTask& task, std::size_t first_slot, std::size_t first, std::size_t last) {
     found_.clear();
-    const std::size_t chunks = (last - first + kSamplesPerChunk - 1) / kSamplesPerChunk;
+    const std::size_t grain = even_grain(last - first);
     const auto make = [&](std::size_t chunk, PathLookups& lookups) {
-      const std::size_t begin = first + chunk * kSamplesPerChunk, end = std::min(begin + kSamplesPerChunk, last);
+      const std::size_t begin = first + chunk * grain, end = std::min(begin + grain, last);
       lookups.clear();
       LightAdder lights(tracer_, radiance_);
       for (std::size_t i = begin; i < end; ++i) trace_sample(task, first_slot, i, lights, lookups);
       statistics_.add(Counter::camera_rays, end - begin);
       statistics_.add(Counter::occlusion_rays, lights.shadow_rays);
     };
-    make_parts<PathLookups>(chunks, make, [&](const PathLookups& lookups) { found_.append(lookups); });
+    make_parts<PathLookups>((last - first + grain - 1) / grain, make,
+                            [&](const PathLookups& lookups) { found_.append(lookups); });
   }
 
   void trace_sample(const CameraTask& task, std::size_t first_slot, std::size_t in_task, LightAdder& lights,

@@ -158,7 +158,7 @@ Schedule make_schedule(const RenderSettings& settings, std::uint64_t room) {
 
 std::uint32_t most_shared_samples(const RenderSettings& settings) {
   const PlaceLayers places = settings.place_layers();
-  return places.objects || places.materials ? std::uint32_t{Film::kMaxIds} : Film::kMaxSamples;
+  return places.objects || places.materials ? std::uint32_t{kMaxIdsOfPixel} : Film::kMaxSamples;
 }
 
 SharedTasks shared_tasks(const Schedule& schedule, const RenderSettings& settings, int processes) {

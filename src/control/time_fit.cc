@@ -16,10 +16,8 @@ namespace {
 
 /// Most of the time left that photons, and then a first image, may take.
 constexpr double kPhotonShare = 0.4, kImageShare = 0.8;
-/// Tasks that measure are squares of at most this side, in pixels, in so many rows and columns, and cover at most this
-/// share of the picture.
+/// Tasks that measure are squares of at most this side, in pixels, in so many rows and columns.
 constexpr int kTaskSide = 32, kTaskRows = 2;
-constexpr int kLeastShareInverse = 16;
 
 }  // namespace
 
@@ -78,7 +76,7 @@ RenderSettings fitted_settings(const RenderSettings& settings, const AutomaticNu
 }
 
 std::vector<CameraTask> spread_tasks(const PixelBounds& bounds) {
-  const double largest = static_cast<double>(bounds.pixel_count()) / (kLeastShareInverse * kTaskRows * kTaskRows);
+  const double largest = kPilotShare * static_cast<double>(bounds.pixel_count()) / (kTaskRows * kTaskRows);
   const int side = std::clamp(static_cast<int>(std::sqrt(largest)), 1, kTaskSide);
   std::vector<CameraTask> tasks;
   for (int row = 0; row < kTaskRows; ++row) {

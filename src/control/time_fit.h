@@ -20,7 +20,8 @@ AutomaticNumbers automatic_numbers(const RenderSettings& asked);
 /// @param kept the checkpoint's key
 RenderSettings with_numbers_of(RenderSettings asked, const RenderKey& kept);
 
-/// Share of the photons that measure the speed.
+/// Share of the photons, and most of the pixels, that measure the speed; of the rows that show what it takes to finish
+/// the picture.
 inline constexpr double kPilotShare = 1.0 / 16;
 
 /// Whether a slow machine could miss the time limit by these settings, so that measuring its speed is worth the time.

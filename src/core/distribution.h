@@ -29,7 +29,7 @@ class Distribution1D {
     const std::uint32_t index = this->index(u);
     const double width = cdf_[index + 1] - cdf_[index];
     const double inside = width > 0 ? (u - cdf_[index]) / width : 0.0;
-    return {index, static_cast<float>(width), std::min(static_cast<float>(inside), 0x1.fffffep-1f)};
+    return {index, static_cast<float>(width), std::min(static_cast<float>(inside), kBelowOne)};
   }
   /// The index for u: the last one whose interval begins at or below u.
   std::uint32_t index(float u) const {

@@ -1,12 +1,13 @@
 // Small vectors: points, directions and texture coordinates, in single precision.
 #pragma once
 #include <cmath>
-#include <cstddef>
 
 namespace glowworm {
 
 inline constexpr float kPi = 3.14159265358979323846f;
 inline constexpr float kInversePi = 0.31830988618379067154f;
+/// The largest float below 1.
+inline constexpr float kBelowOne = 0x1.fffffep-1f;
 
 /// Two floats: texture coordinates, or a point of the unit square.
 struct Vec2 {

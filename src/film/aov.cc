@@ -97,7 +97,7 @@ void add_cryptomatte(Image& image, const std::string& layer, const Film& film, c
   }
   std::vector<Ids> sorted;
   for (const Ids& of_pixel : ids) sorted.push_back(ranked(of_pixel));
-  for (std::size_t rank = 0; rank < Film::kMaxIds; ++rank) {
+  for (std::size_t rank = 0; rank < kMaxIdsOfPixel; ++rank) {
     const std::string channels = fmt::format("{}{:02}.", layer, rank / 2);
     const auto at = [&](std::size_t i) { return sorted[i][rank]; };
     add_channel(image, channels + (rank % 2 ? "B" : "R"), film,

@@ -9,7 +9,6 @@
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/content_hash.h"
-#include "core/disk_memory.h"
 #include "core/error.h"
 #include "core/input_file.h"
 

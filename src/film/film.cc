@@ -66,10 +66,8 @@ void add_all(std::vector<Entry>& to, const std::vector<Entry>& from) {
 
 /// Bytes that one piece of parallel work touches, so that arrays on disk leave memory in time (core/disk_memory.h).
 constexpr std::size_t kBytesAtOnce = std::size_t{1} << 20;
-/// Entries of one kind that one piece of parallel work adds.
-constexpr std::size_t kEntriesAtOnce = 4096;
 /// Pixels whose entries merge_state() holds at once.
-constexpr std::size_t kPixelsRead = 64 * kEntriesAtOnce;
+constexpr std::size_t kPixelsRead = std::size_t{1} << 18;
 
 /// What the luminance of light is divided by.
 float shading_albedo(RGB albedo) { return std::max(luminance(albedo), Film::kMinAlbedo); }
@@ -440,7 +438,7 @@ bool Film::merge_array(std::vector<Entry>& sums, const std::vector<std::uint32_t
     others.resize(std::min(kPixelsRead, sums.size() - at));
     if (!read(std::as_writable_bytes(std::span(others)))) return false;
     std::atomic<bool> possible = true;
-    parallel_for(0, others.size(), kEntriesAtOnce, [&](std::size_t first, std::size_t last) {
+    parallel_for(0, others.size(), even_grain(others.size()), [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         if (!is_possible_of(others[i], counts[at + i])) {
           possible = false;

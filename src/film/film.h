@@ -58,7 +58,7 @@ class Film {
            std::size_t first_slot = 0);
   /// The same for samples that a film of the task's pixels holds. Pixels that have some of them, but not all, never get
   /// the rest: awaits() tells. The bits are the same as of samples added one by one, but for a pixel of more than
-  /// kMaxIds samples in the task that sees more than kMaxIds objects or materials.
+  /// kMaxIdsOfPixel samples in the task that sees more than kMaxIdsOfPixel objects or materials.
   void add(const CameraTask& task, const Film& samples);
   /// A film of the same kind without samples, for other pixels.
   /// @param first_sample of these, counted from the first of this film
@@ -120,9 +120,8 @@ class Film {
   struct IdCount {
     std::uint32_t id = kNone, count = 0;
   };
-  /// The most ids of a pixel; samples of further ones are not counted.
-  static constexpr std::size_t kMaxIds = kMaxIdsOfPixel;
-  using IdCounts = std::array<IdCount, kMaxIds>;
+  /// Those of a pixel; samples of further ones are not counted.
+  using IdCounts = std::array<IdCount, kMaxIdsOfPixel>;
   /// By Geometry::objects and by the scene's materials, one entry a pixel; empty where they are not kept.
   const std::vector<IdCounts>& objects() const { return objects_; }
   const std::vector<IdCounts>& materials() const { return materials_; }

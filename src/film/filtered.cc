@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <utility>
 
 #include "core/parallel.h"
 #include "filter/edge_filter.h"
-#include "filter/light_filter.h"
 
 namespace glowworm {
 

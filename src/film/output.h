@@ -1,6 +1,5 @@
 // From the film to files: the image with its layers.
 #pragma once
-#include <string>
 
 #include "film/film.h"
 #include "film/picture_info.h"

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <span>
 
 #include "core/archive.h"
 #include "core/atomic_file.h"

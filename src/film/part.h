@@ -35,7 +35,7 @@ Film film_for(const Part& part);
 std::uint64_t merge_bytes(const Part& part);
 
 /// Adds the film of a part to the film, in little memory: the same bits in any order of parts (except ids beyond the
-/// Film::kMaxIds of a pixel). Throws Error if the file is not a whole part, with the film in no useful state.
+/// kMaxIdsOfPixel of a pixel). Throws Error if the file is not a whole part, with the film in no useful state.
 /// @param part read_part(path)
 void add_part(const std::string& path, const Part& part, Film& film);
 

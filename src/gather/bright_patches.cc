@@ -13,10 +13,8 @@ namespace glowworm {
 
 namespace {
 
-/// A triangle is divided at most this many times, into at most this many cells.
+/// A triangle's sides are halved at most this many times.
 constexpr int kDeepest = 7;
-constexpr float kMaxCells = 0x1p+14f;
-static_assert(kMaxCells == float{1 << (2 * kDeepest)});
 /// Probe rays around a bright photon, and how far above the surface they start, in radii.
 constexpr int kProbes = 6;
 constexpr float kAbove = 0.25f;
@@ -54,7 +52,7 @@ std::uint64_t key_of(std::uint32_t triangle, std::uint32_t cell) { return std::u
 /// The number of times a triangle's sides are halved until its cells are no larger than a square around a circle of
 /// that radius.
 int level_of(const Geometry& geometry, std::uint32_t triangle, float radius) {
-  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, kMaxCells);
+  const float cells = std::clamp(geometry.area(triangle) / (4 * radius * radius), 1.0f, float{1 << (2 * kDeepest)});
   return static_cast<int>(std::lround(std::log2(cells) / 2));
 }
 

@@ -1,7 +1,6 @@
 #include "gather/camera_pass.h"
 
 #include <span>
-#include <vector>
 
 #include "core/make_parts.h"
 #include "gather/camera_policy.h"
@@ -89,7 +88,7 @@ class BlockTracer {
   void see(std::size_t i) {
     const CameraRays& rays = memory_.camera;
     const std::uint32_t slot = rays.slot[i], pixel = rays.pixel[i];
-    if (slot == CameraRays::kNoSlot) return;
+    if (slot == kNone) return;
     const CameraSequence& sequence = policy_.sequence;
     const Ray& ray = rays.rays[i];
     Hit hit = memory_.hits[i];

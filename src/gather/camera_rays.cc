@@ -29,7 +29,7 @@ void CameraRays::add_square(const CameraTask& task, std::size_t first_slot, int 
     for (int x = x0; x < x1; ++x) {
       const bool inside = x >= task.x0 && x < task.x1 && y >= task.y0 && y < task.y1 && task.has(x, y);
       const auto in_tile = static_cast<std::size_t>((y - task.y0) * (task.x1 - task.x0) + (x - task.x0));
-      slot.push_back(inside ? static_cast<std::uint32_t>(first_slot + in_tile) : kNoSlot);
+      slot.push_back(inside ? static_cast<std::uint32_t>(first_slot + in_tile) : kNone);
       pixel.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) +
                       static_cast<std::uint32_t>(x));
     }

@@ -33,11 +33,8 @@ class CameraSequence {
 
 /// The camera rays of a block, one sample of all its pixels after another. Arrays of one length.
 struct CameraRays {
-  /// Slot of a ray that only fills a packet; its pixel is not of the task.
-  static constexpr std::uint32_t kNoSlot = 0xffffffffu;
-
   std::vector<Ray> rays;
-  std::vector<std::uint32_t> slot;   ///< or kNoSlot
+  std::vector<std::uint32_t> slot;   ///< kNone of a ray that only fills a packet: its pixel is not of the task
   std::vector<std::uint32_t> pixel;  ///< of the picture, row by row
 
   /// Makes the rays of the block whose upper left corner is (x0, y0). They use the first two pairs of random numbers.

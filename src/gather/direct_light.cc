@@ -1,7 +1,6 @@
 #include "gather/direct_light.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -10,11 +9,6 @@
 #include "kernels/sobol.h"
 
 namespace glowworm {
-
-namespace {
-/// Gather points per piece of parallel work.
-constexpr std::size_t kPointsPerChunk = 256;
-}  // namespace
 
 std::uint32_t default_light_samples(std::uint32_t gather_rays) {
   return std::clamp<std::uint32_t>(gather_rays / 3, 2, 16);
@@ -27,7 +21,7 @@ void add_direct_light(const Tracer& tracer, const GatherPoints& points, const Di
   if (light_samples == 0) return;
   const auto lights_each = static_cast<float>(light_samples), rays_each = static_cast<float>(settings.gather_rays);
   const Scene& scene = tracer.scene();
-  parallel_for(0, points.size(), kPointsPerChunk, [&](std::size_t first, std::size_t last) {
+  parallel_for(0, points.size(), even_grain(points.size()), [&](std::size_t first, std::size_t last) {
     LightAdder adder(tracer, radiance);
     std::vector<std::uint32_t> index(light_samples);
     std::vector<float> u_light(light_samples), u_x(light_samples), u_y(light_samples), unused(light_samples);

@@ -20,8 +20,7 @@ constexpr std::size_t kRaysAtOnce = 2048;
 
 /// Gather points of each chunk except the last, which may have fewer.
 std::size_t points_of_chunk(std::uint32_t rays_each) {
-  constexpr std::size_t kMaxPoints = 2048;
-  return std::clamp<std::size_t>(kRaysPerChunk / rays_each, 1, kMaxPoints);
+  return std::clamp<std::size_t>(kRaysPerChunk / rays_each, 1, kRaysAtOnce);
 }
 
 /// Strata of a chunk that are traced at a time. All chunks use the same number, whatever their size, so that the light

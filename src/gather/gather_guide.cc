@@ -21,8 +21,6 @@ constexpr double kBorrowedRays = 8;
 /// A region is guided if that lowers the variance to this share.
 constexpr double kWorthwhile = 0.9;
 
-constexpr float kBelowOne = 1 - std::numeric_limits<float>::epsilon() / 2;
-
 float mixed(float a, float b, float t) { return a + (b - a) * t; }
 
 /// The cell along a side in which integrals reach `sum`. @param sum_at(i) the integral up to the end of cell i
@@ -269,14 +267,14 @@ class GatherGuide::Learner {
     return gains ? least / even : 1;
   }
 
-  /// Returns the index of the table, or kNoTable where it would not lower the variance enough. Its density is
+  /// Returns the index of the table, or kNone where it would not lower the variance enough. Its density is
   /// learned by cells or by squares of cells: few rays predict the light of squares better.
   /// @param points of the region, as a share of all
   std::uint32_t add_table(const Knowledge& known, double points) {
     const Knowledge squares = blurred(known);
     const double left_by_cells = variance_left(known, known), left_by_squares = variance_left(known, squares);
     const Density density = density_of(left_by_cells < left_by_squares ? known.all : squares.all, kEvenShare);
-    if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNoTable;
+    if (!(variance(known.all, density) < kWorthwhile * variance(known.all, density_of(known.all, 1)))) return kNone;
     out_.gain_ += points * (1 - std::min(left_by_cells, left_by_squares));
     out_.tables_.push_back(table_of(density));
     return static_cast<std::uint32_t>(out_.tables_.size() - 1);
@@ -318,7 +316,7 @@ GatherGuide::GatherGuide(const GuideRays& rays) {
 }
 
 std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
-  if (tables_.empty()) return kNoTable;
+  if (tables_.empty()) return kNone;
   std::uint32_t at = 0;
   while (nodes_[at].axis >= 0) {
     const Node& node = nodes_[at];
@@ -330,7 +328,7 @@ std::uint32_t GatherGuide::region(Vec3 position, Vec3 normal) const {
 
 void GatherGuide::warp(std::span<const std::uint32_t> regions, const DiffuseSquare& square, float* weight) const {
   for (std::size_t i = 0; i < regions.size(); ++i)
-    if (regions[i] != kNoTable) weight[i] = tables_[regions[i]].warp(square.x[i], square.y[i]);
+    if (regions[i] != kNone) weight[i] = tables_[regions[i]].warp(square.x[i], square.y[i]);
 }
 
 float GatherGuide::warp(std::uint32_t region, Vec2& u) const { return tables_[region].warp(u.x, u.y); }

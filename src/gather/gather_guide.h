@@ -1,6 +1,5 @@
 // The guide of gather rays: where around a point they find light.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,11 +8,9 @@
 #include "core/frame.h"
 #include "core/vec.h"
 #include "kernels/diffuse_rays.h"
+#include "scene/geometry.h"
 
 namespace glowworm {
-
-/// In place of the index of a table: the point is not warped.
-inline constexpr std::uint32_t kNoTable = 0xffffffff;
 
 /// A density over the unit square, bilinear between the corners of the cells of a grid.
 struct GuideTable {
@@ -56,7 +53,7 @@ class GatherGuide {
   /// Share of the variance of gathered light that the guide is expected to take away, the mean over points. Guides of
   /// parts of the rays, tried on the others, tell it.
   double gain() const { return gain_; }
-  /// The region of a gather point, or kNoTable where rays are not guided. @param normal unit, on the side of the rays
+  /// The region of a gather point, or kNone where rays are not guided. @param normal unit, on the side of the rays
   std::uint32_t region(Vec3 position, Vec3 normal) const;
   /// Warps points of the square as their regions say. @param weight set to 1 / density where rays are guided
   /// @param regions of the points, by region()
@@ -83,7 +80,7 @@ class GatherGuide {
   struct Node {
     int axis = -1;                       // 0 to 2: position, 3 to 5: normal; -1: leaf
     float split = 0;                     // values below lie in the first child
-    std::uint32_t first = 0, other = 0;  // children; first: table of a leaf, or kNoTable
+    std::uint32_t first = 0, other = 0;  // children; first: table of a leaf, or kNone
   };
   class Learner;
 

@@ -8,7 +8,6 @@
 #include "core/warp.h"
 #include "kernels/diffuse_rays.h"
 #include "scene/surface.h"
-#include "transport/step.h"
 
 namespace glowworm {
 
@@ -76,7 +75,7 @@ GatherDensity::GatherDensity(const GatherPoints& points, std::size_t point, cons
   if (!guide || guide->empty() || !GatherGuide::guides(bsdf)) return;
   const Vec3 normal = face_forward(points.frame[point].n, points.normal[point]);
   region_ = guide->region(points.position[point], normal);
-  if (region_ == kNoTable) return;
+  if (region_ == kNone) return;
   frame_ = GatherGuide::frame(normal);
   view_ = ShadedSurface(bsdf, points.frame[point], points.normal[point]).local_view(points.wo[point]);
   if (is_lambertian(bsdf)) return;
@@ -102,7 +101,7 @@ float GatherDensity::weighing_pdf(Vec3 direction) const {
   const float even =
       ShadedSurface(points_->bsdf[point_], points_->frame[point_], side).pdf(points_->wo[point_], direction, kBroad);
   const float cosine = dot(direction, side);
-  if (region_ == kNoTable || !(cosine > 0)) return even;
+  if (region_ == kNone || !(cosine > 0)) return even;
   const Vec3 mirrored = direction - side * (2 * cosine);
   const float guided = guided_pdf(direction) + (dot(mirrored, frame_.n) > 0 ? guided_pdf(mirrored) : 0.0f);
   return std::lerp(even, guided, kGuidedWeight);
@@ -140,7 +139,7 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
   for (std::vector<float>& array : frame_) array.resize(padded);
   cosine_.resize(padded);
   for (std::vector<float>& array : square_) array.resize(padded);
-  region_.assign(order.size(), kNoTable);
+  region_.assign(order.size(), kNone);
   factor_.assign(order.size(), 1.0f);
   origin_.resize(order.size());
   weight_.resize(order.size());
@@ -156,7 +155,7 @@ void GatherRayMaker::prepare(const GatherPoints& points, std::span<const std::ui
     sequence_[place] = points.sequence[i];
     sample_[place] = points.sample[i];
     if (diffuse_[place]) prepare_diffuse(place);
-    any_square_ |= diffuse_[place] || region_[place] != kNoTable;
+    any_square_ |= diffuse_[place] || region_[place] != kNone;
   }
 }
 
@@ -190,7 +189,7 @@ void GatherRayMaker::create(std::uint32_t first, std::uint32_t last, GatherPaths
     }
     for (std::size_t place = 0; place < order_.size(); ++place) {
       if (!diffuse_[place])
-        region_[place] == kNoTable ? add_other(place, cell, out) : add_guided(place, cell, out);
+        region_[place] == kNone ? add_other(place, cell, out) : add_guided(place, cell, out);
       else if (cosine_[place] > 0)
         add_gather_path(out, diffuse_ray(place), weight_[place] * factor_[place], cosine_hemisphere_pdf(cosine_[place]),
                         order_[place], cell);

@@ -58,7 +58,7 @@ class GatherDensity {
   float guided_pdf(Vec3 w) const;
   /// Share of diffuse reflection in the rays.
   float diffuse_share() const { return diffuse_share_; }
-  /// The region of the guide, or kNoTable.
+  /// The region of the guide, or kNone.
   std::uint32_t region() const { return region_; }
   /// The frame of guided directions: its normal is the shading normal on the viewer's side.
   const Frame& frame() const { return frame_; }
@@ -69,7 +69,7 @@ class GatherDensity {
   const GatherPoints* points_ = nullptr;
   const GatherGuide* guide_ = nullptr;
   std::size_t point_ = 0;
-  std::uint32_t region_ = kNoTable;
+  std::uint32_t region_ = kNone;
   Frame frame_;
   Vec3 view_;
   float diffuse_share_ = 1;

@@ -1,6 +1,5 @@
 // A coarse grid of photon radii, which tells how far density estimation blurs around a point.
 #pragma once
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -37,7 +37,7 @@ float GatherPolicy::guide(Vertex& vertex, Vec2& u) const {
   if (!settings_.guide || !is_lambertian(vertex.bsdf)) return 1;
   const Vec3 normal = face_forward(vertex.point.frame.n, vertex.wo);
   const std::uint32_t region = settings_.guide->region(vertex.point.position, normal);
-  if (region == kNoTable) return 1;
+  if (region == kNone) return 1;
   vertex.point.frame = GatherGuide::frame(normal);
   return settings_.guide->warp(region, u);
 }

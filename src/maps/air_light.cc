@@ -17,7 +17,6 @@ namespace {
 
 /// Points that are looked up together: they fit the second-level cache, and their photons a few megabytes.
 constexpr std::size_t kPointsAtOnce = 4096;
-constexpr std::size_t kSegmentsPerChunk = 4096;
 /// The largest radius over the one of evenly spread photons, as for photons on surfaces.
 constexpr float kMostOfEven = 4;
 /// Places of a disc that tell which part of it a point sees.
@@ -110,11 +109,10 @@ class Lookup {
     const DiscTree tree(std::move(discs));
     for (std::vector<NearPhoton>& near : near_) near.clear();
     const std::size_t count = (light_.segments.size() + stride - 1) / stride;
-    const std::size_t chunks = (count + kSegmentsPerChunk - 1) / kSegmentsPerChunk;
+    const std::size_t grain = even_grain(count);
     const auto find = [&](std::size_t chunk, std::vector<Crossing>& found) {
       found.clear();
-      const std::size_t begin = chunk * kSegmentsPerChunk;
-      for (std::size_t i = begin; i < std::min(begin + kSegmentsPerChunk, count); ++i) {
+      for (std::size_t i = chunk * grain; i < std::min((chunk + 1) * grain, count); ++i) {
         const auto number = static_cast<std::uint32_t>(i * stride);
         const PhotonSegment& segment = light_.segments[number];
         tree.for_crossed(segment.origin, segment.direction, segment.length, [&](const DiscCrossing& c) {
@@ -123,7 +121,7 @@ class Lookup {
         });
       }
     };
-    make_parts<std::vector<Crossing>>(chunks, find, [&](const std::vector<Crossing>& found) {
+    make_parts<std::vector<Crossing>>((count + grain - 1) / grain, find, [&](const std::vector<Crossing>& found) {
       for (const Crossing& crossing : found) near_[crossing.point].push_back(crossing.photon);
     });
   }

@@ -35,8 +35,6 @@ constexpr std::size_t kPhotonsPerPiece = 1 << 16, kMostPieces = 64;
 constexpr float kStep = 1e-3f;
 /// Surfaces nearly parallel to a line are ignored; they have no photon's normal.
 constexpr float kMinCosine = 0.25f;
-/// Share of the cosine within which a place lies in a cluster's plane.
-constexpr float kFlatness = 1e-4f;
 /// Most mass: so many surfaces are rarely all visible.
 constexpr float kMaxMass = 4;
 /// Lines that must find surface, in lines of the kernel on an infinite plane. On thin parts, such as legs of chairs,

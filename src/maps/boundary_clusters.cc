@@ -11,12 +11,9 @@ namespace glowworm {
 
 namespace {
 
-/// Largest deviation of a flat cluster, as a share of the reach, in addition to rounding.
-constexpr float kClusterFlatness = 1e-4f;
-
 void set_rounding(BoundaryCluster& c) {
   const float rounding = position_rounding(c.center);
-  c.flatness = kClusterFlatness * c.reach + rounding;
+  c.flatness = kFlatness * c.reach + rounding;
   c.step = rounding / (c.high - c.low);
 }
 
@@ -74,7 +71,7 @@ class Clusterer {
     }
     c.wideness = c.reach * c.reach * static_cast<float>(c.count) / squares;
     set_rounding(c);
-    c.flat = deviation <= c.flatness && cosine >= 1 - kClusterFlatness;
+    c.flat = deviation <= c.flatness && cosine >= 1 - kFlatness;
     return c;
   }
 

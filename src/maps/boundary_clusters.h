@@ -11,6 +11,8 @@ namespace glowworm {
 
 /// Clusters have no greater wideness; wider ones are split into single photons, whose wideness is 1.
 inline constexpr float kWidestCluster = 12;
+/// Share of a reach, or of a cosine, by which what is flat may deviate, in addition to rounding.
+inline constexpr float kFlatness = 1e-4f;
 
 /// Neighbouring photons with similar normals, which share their lines.
 struct BoundaryCluster {

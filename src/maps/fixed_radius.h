@@ -1,6 +1,5 @@
 // The radius of all photons for renders with one radius.
 #pragma once
-#include <functional>
 
 #include "core/memory_budget.h"
 #include "maps/pass.h"

@@ -18,10 +18,12 @@ constexpr double kMaxRays = 1 << 19;
 /// The pilot pass ends after one of so many parts if a guide from that gains less than its rays would cost: guided rays
 /// find more photons, so a sample takes about a tenth longer.
 constexpr std::size_t kParts = 4;
-/// Limits of the points of the pilot pass that are worked on at a time. Lookups of many points are faster, so as many
-/// are taken as 1 / kMemoryShare of the free memory holds.
-constexpr std::size_t kMinPointsAtOnce = 256, kMaxPointsAtOnce = 4096;
-constexpr std::uint64_t kMemoryShare = 8, kBytesAtWork = 13'000;
+/// Points of a piece of the pilot pass: a tenth of a second of a core.
+constexpr double kPointsOfPiece = 4096;
+/// Fewest points of a piece that are worked on at a time. Lookups of many points are faster, so as many are taken as an
+/// eighth of the free memory holds.
+constexpr std::size_t kMinPointsAtOnce = 256;
+constexpr std::uint64_t kBytesAtWork = 13'000;
 /// Memory of a point, and of it with its rays.
 constexpr std::uint64_t kBytesOfPoint = 2 * sizeof(Vec3), kBytesEach = kBytesOfPoint + kRaysEach * (sizeof(float) + 1);
 
@@ -45,8 +47,7 @@ class Pilot {
     if (!found_) find_points();
     found_ = true;
     const auto first_of = [&](std::size_t i) { return normals_.size() * i / pieces; };
-    const std::size_t at_once =
-        std::clamp<std::size_t>(budget_.available() / kMemoryShare / kBytesAtWork, kMinPointsAtOnce, kMaxPointsAtOnce);
+    const std::size_t at_once = std::max<std::size_t>(budget_.available() / 8 / kBytesAtWork, kMinPointsAtOnce);
     for (std::size_t first = first_of(piece), end = first_of(piece + 1); first < end; first += at_once)
       gather_from(first, std::min(first + at_once, end), rays);
   }
@@ -195,8 +196,7 @@ GatherGuide learn_gather_guide(const Tracer& tracer, const PhotonMaps& maps, con
   const bool of_points = view.points != nullptr;
   const double points = pilot_points(pixels, settings.gather, of_points);
   const Reservation reservation(budget, "guide of gather rays", gather_guide_bytes(pixels, settings.gather, of_points));
-  // A piece takes a core about a tenth of a second.
-  const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / 4096 / kParts));
+  const std::size_t pieces = kParts * static_cast<std::size_t>(std::ceil(points / kPointsOfPiece / kParts));
   Pilot pilot(tracer, maps, view, points, settings, budget);
   GuideRays rays;
   rays.rays_each = kRaysEach;

@@ -10,13 +10,13 @@
 #include "core/random.h"
 #include "maps/boundary.h"
 #include "maps/kernel_cuts.h"
+#include "maps/memory.h"
 
 namespace glowworm {
 
 namespace {
 
 /// Memory of a photon in addition to its batch: radius, place in the order, factor.
-constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 
 template <typename Factor>
 LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {

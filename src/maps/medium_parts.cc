@@ -19,11 +19,8 @@ namespace glowworm {
 
 namespace {
 
-/// Rays for each kernel, and the lower bound of the share that they find.
+/// Rays for each kernel.
 constexpr std::size_t kRaysOfKernel = 8;
-constexpr float kLeastShare = 0.125f;
-/// Cells along the longest side of the grid that finds the kernels far from all boundaries.
-constexpr float kMostCells = 64;
 
 bool passes_any(const ColorInput& input) { return input.texture != kNone || !is_black(input.value); }
 bool passes_any(const FloatInput& input) { return input.texture != kNone || input.value > 0; }
@@ -146,52 +143,6 @@ class Tubes {
   LargeArray<std::uint32_t> beam_;  // of each piece
 };
 
-/// The cells of a grid in which a kernel may meet a surface.
-class NearCells {
- public:
-  template <class Kernels>
-  NearCells(const Tracer& tracer, const Kernels& kernels) {
-    for (std::size_t i = 0; i < kernels.size(); ++i)
-      if (is_finite(kernels.middle(i))) box_.grow(kernels.middle(i));
-    const Vec3 size = box_.diagonal();
-    const float longest = std::max({size.x, size.y, size.z});
-    cell_ = longest > 0 ? longest / kMostCells : 1.0f;
-    for (int axis = 0; axis < 3; ++axis) count_[axis] = static_cast<std::size_t>(size[axis] / cell_) + 1;
-    std::vector<float> reach(count_[0] * count_[1] * count_[2], 0.0f);
-    for (std::size_t i = 0; i < kernels.size(); ++i)
-      if (is_finite(kernels.middle(i))) {
-        float& largest = reach[index(kernels.middle(i))];
-        largest = std::max(largest, kernels.reach(i));
-      }
-    near_.resize(reach.size());
-    parallel_for_each(reach.size(), even_grain(reach.size()), [&](std::size_t i) {
-      if (!(reach[i] > 0)) return;
-      const Vec3 at{static_cast<float>(i % count_[0]), static_cast<float>(i / count_[0] % count_[1]),
-                    static_cast<float>(i / count_[0] / count_[1])};
-      const Vec3 center = box_.min + (at + Vec3{0.5f, 0.5f, 0.5f}) * cell_;
-      tracer.visit_near(center, reach[i] + cell_, [&](std::uint32_t) {
-        near_[i] = 1;
-        return false;
-      });
-    });
-  }
-
-  bool are_near(Vec3 place) const { return near_[index(place)] != 0; }
-
- private:
-  std::size_t index(Vec3 place) const {
-    std::array<std::size_t, 3> at{};
-    for (int axis = 0; axis < 3; ++axis)
-      at[axis] = std::min(static_cast<std::size_t>((place[axis] - box_.min[axis]) / cell_), count_[axis] - 1);
-    return (at[2] * count_[1] + at[1]) * count_[0] + at[0];
-  }
-
-  Box3 box_;
-  float cell_ = 1;
-  std::array<std::size_t, 3> count_{1, 1, 1};
-  std::vector<std::uint8_t> near_;
-};
-
 /// The parts of a kernel's ray that lie in its medium.
 struct RayParts {
   float radius = 0;
@@ -292,7 +243,6 @@ class MediumParts {
 };
 
 using Walls = std::array<Vec3, kWallsOfKernel>;
-constexpr Walls kNoWalls{{{0, 0, 0}, {0, 0, 0}}};
 
 /// The part of a ray before planes, metres; may be infinite.
 float distance_to(const Walls& walls, Vec3 direction) {
@@ -305,7 +255,7 @@ float distance_to(const Walls& walls, Vec3 direction) {
 /// outside the medium adds light behind walls. What a plane cuts off of the medium is only folded back. So the first
 /// error counts kRaysOfKernel times as much.
 Walls best_walls(const KernelRays& rays, const KernelParts& parts) {
-  Walls best = kNoWalls;
+  Walls best{};
   float least = std::numeric_limits<float>::infinity();
   const auto try_walls = [&](const Walls& walls) {
     float leaks = 0, hides = 0;
@@ -339,14 +289,12 @@ float factor_before(const Walls& walls, const KernelRays& rays, const KernelPart
     whole += share_within(limit / parts[i].radius);
     there += parts[i].share(limit);
   }
-  return whole / std::max(there, kLeastShare * whole);
+  return whole / std::max(there, whole / kRaysOfKernel);
 }
 
 /// Calls correct(kernel, rays, parts) for each kernel that a boundary may cut.
 template <class Kernels, class Correct>
 void for_cut_kernels(const Tracer& tracer, const Kernels& kernels, const Correct& correct) {
-  if (kernels.size() == 0) return;
-  const NearCells cells(tracer, kernels);
   const MediumParts in_medium(tracer);
   parallel_for(0, kernels.size(), even_grain(kernels.size()), [&](std::size_t first, std::size_t last) {
     KernelParts parts;
@@ -356,7 +304,7 @@ void for_cut_kernels(const Tracer& tracer, const Kernels& kernels, const Correct
       const std::uint32_t medium = kernels.medium(i);
       const float reach = kernels.reach(i);
       bool is_near = !is_within_bounds(tracer.scene().media()[medium], middle, reach);
-      if (!is_near && cells.are_near(middle))
+      if (!is_near)
         tracer.visit_near(middle, reach, [&](std::uint32_t) {
           is_near = true;
           return false;
@@ -375,7 +323,7 @@ void correct_pieces(const Tracer& tracer, const VolumeBeams& beams, float scale,
   pieces.factor.assign(pieces.radii.size(), 1.0f);
   for_cut_kernels(tracer, Tubes(beams, pieces, scale),
                   [&](std::size_t i, const KernelRays& rays, const KernelParts& parts) {
-                    pieces.factor[i] = factor_before(kNoWalls, rays, parts);
+                    pieces.factor[i] = factor_before(Walls{}, rays, parts);
                   });
 }
 

@@ -1,6 +1,5 @@
 // Boundary correction for the kernels of photons in media that reach out of their medium.
 #pragma once
-#include <span>
 
 #include "density/volume_radii.h"
 #include "points/volume_photons.h"

@@ -23,6 +23,8 @@ inline constexpr std::uint64_t kBytesPerQuery = 192;
 /// @param media whether the scene has some: a photon then lies on a surface or in a medium, as a point and a beam
 /// @param narrow whether there is PhotonMaps::narrow(), too
 std::uint64_t bytes_per_photon(bool media, bool narrow);
+/// Bytes of a photon in a map beside its batch: radius, place in the order, and factor.
+inline constexpr std::uint64_t kBytesBesidePhoton = 2 * sizeof(float) + sizeof(std::uint32_t);
 /// Bytes of a thread for its rays.
 inline constexpr std::uint64_t kBytesPerThread = std::uint64_t{8} << 20;
 

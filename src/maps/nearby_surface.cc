@@ -50,8 +50,7 @@ bool NearbySurface::takes_flux(std::uint32_t triangle) {
   const Scene& scene = tracer_.scene();
   const std::uint32_t material = scene.geometry().material_of(triangle);
   if (takes_flux_[material] == kUnknown) {
-    constexpr float kThird = 1.0f / 3;
-    const SurfacePoint point = surface_point(scene, triangle, {kThird, kThird});
+    const SurfacePoint point = surface_point(scene, triangle, kMiddle);
     takes_flux_[material] = may_have_lobes(scene, point, material, kBroad) ? kYes : kNo;
   }
   return takes_flux_[material] == kYes;

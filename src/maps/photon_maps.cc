@@ -367,11 +367,9 @@ void PhotonMaps::add_caustic_photons(const Tracer& tracer, Statistics& statistic
 }
 
 std::uint64_t bytes_per_photon(bool media, bool narrow) {
-  // Radius, place in the order, and factor.
-  constexpr std::uint64_t kBeside = 2 * sizeof(float) + sizeof(std::uint32_t);
   // The global and the caustic map, and beside them one's corrected flux, policy and index, and its narrow ones.
-  const std::uint64_t map = bytes_each<PhotonBatch>() + kBeside, index = map + sizeof(RGB) + 2 * sizeof(float),
-                      on_surface = 2 * map + (narrow ? 2 : 1) * index;
+  const std::uint64_t map = bytes_each<PhotonBatch>() + kBytesBesidePhoton,
+                      index = map + sizeof(RGB) + 2 * sizeof(float), on_surface = 2 * map + (narrow ? 2 : 1) * index;
   if (!media) return on_surface;
   // Points and beams as traced, and the points with their kernels; the flux of a group of lights, the index, and what
   // sorts it: two lists, places and the keys along a curve.

@@ -1,9 +1,6 @@
 #include "maps/photon_noise.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <vector>
 
 #include "core/random.h"
 #include "core/statistics.h"

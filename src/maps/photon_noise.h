@@ -1,6 +1,5 @@
 // The noise of photon maps, which all samples of a picture share.
 #pragma once
-#include <cmath>
 #include <cstddef>
 #include <vector>
 

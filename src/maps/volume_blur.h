@@ -1,6 +1,5 @@
 // How far the flux of photons in media is blurred: as far as gives the least error.
 #pragma once
-#include <span>
 #include <vector>
 
 #include "maps/volume_maps.h"

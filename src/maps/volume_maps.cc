@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 #include "core/random.h"
 #include "maps/medium_parts.h"
@@ -80,8 +79,7 @@ struct FewPhotons {
   float each = 1;  ///< for how many photons each of them stands
 
   explicit FewPhotons(std::size_t count) {
-    constexpr std::size_t kMost = IndexedMap::kMostSampled;
-    const std::size_t run = std::max<std::size_t>((count + kMost - 1) / kMost, 1);
+    const std::size_t run = std::max<std::size_t>((count + IndexedMap::kMostSampled - 1) / IndexedMap::kMostSampled, 1);
     indices = one_of_each_run(count, run);
     each = static_cast<float>(run);
   }

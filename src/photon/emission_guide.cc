@@ -19,7 +19,6 @@ constexpr double kSignificance = 6;
 /// Weight of the larger cell's mean against the cell's own, in paths.
 constexpr double kPrior = 8;
 constexpr int kDeepest = 48;
-constexpr float kBelowOne = 0x1.fffffep-1f;
 
 double volume(const EmissionNumbers& low, const EmissionNumbers& high) {
   double v = 1;

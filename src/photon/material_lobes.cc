@@ -43,8 +43,7 @@ bool may_have_lobes(const Scene& scene, Lobes wanted, bool panes) {
     for (std::uint32_t i = 0; i < materials.size(); ++i) {
       if (seen[materials[i]]) continue;
       seen[materials[i]] = true;
-      constexpr float kThird = 1.0f / 3;
-      const SurfacePoint point = surface_point(scene, first_triangle + i, {kThird, kThird});
+      const SurfacePoint point = surface_point(scene, first_triangle + i, kMiddle);
       if (may_have_lobes(scene, point, materials[i], wanted)) return true;
     }
     return false;

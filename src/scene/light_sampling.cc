@@ -1,7 +1,6 @@
 #include "scene/light_sampling.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/offset_origin.h"
@@ -99,7 +98,7 @@ EmittedPhoton emit_from_opening(const Scene& scene, const Emission& emission, RG
   }
   const std::uint32_t triangle = emission.first_triangle + chosen;
   const DiffuseTriangle& placed = scene.diffuse_triangle(triangle);
-  const Vec2 w = square_to_triangle({std::clamp(left / share, 0.0f, 0x1.fffffep-1f), u_position.y});
+  const Vec2 w = square_to_triangle({std::clamp(left / share, 0.0f, kBelowOne), u_position.y});
   const Vec3 side = face_forward(placed.normal, out.direction);
   out.origin = offset_origin(placed.corner + placed.edge[0] * w.x + placed.edge[1] * w.y, side, placed.offset());
   out.flux = power;

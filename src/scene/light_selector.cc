@@ -96,12 +96,12 @@ LightSelector::Choice LightSelector::choose_directional(float u) const {
 LightSelector::Choice LightSelector::AtPoint::choose(float u) {
   const float share = far_share_;
   if (u < share) {
-    const Distribution1D::Sample sample = selector_.far_.sample(std::min(u / share, 0x1.fffffep-1f));
+    const Distribution1D::Sample sample = selector_.far_.sample(std::min(u / share, kBelowOne));
     return {selector_.far_source_[sample.index], share * sample.probability, sample.remapped};
   }
   if (selector_.tree_.empty()) return {};
   const LightTree::Choice choice =
-      selector_.tree_.choose(position_, std::min((u - share) / (1 - share), 0x1.fffffep-1f), descent_);
+      selector_.tree_.choose(position_, std::min((u - share) / (1 - share), kBelowOne), descent_);
   return {selector_.near_source_[choice.light], (1 - share) * choice.probability, choice.remapped};
 }
 

@@ -1,7 +1,6 @@
 #include "scene/light_tree.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -238,11 +237,11 @@ LightTree::Choice LightTree::choose(Vec3 position, float u, Descent& descent) co
     }
     const float share = found.share;
     if (u < share) {
-      u = std::min(u / share, 0x1.fffffep-1f);
+      u = std::min(u / share, kBelowOne);
       probability *= share;
       node = &nodes_[node->child];
     } else {
-      u = std::min((u - share) / (1 - share), 0x1.fffffep-1f);
+      u = std::min((u - share) / (1 - share), kBelowOne);
       probability *= 1 - share;
       node = &nodes_[node->child + 1];
     }

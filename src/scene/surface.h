@@ -19,6 +19,9 @@ struct SurfacePoint {
   std::uint32_t material = kNone;
 };
 
+/// The middle of a triangle, by the weights of its second and third vertex.
+inline constexpr Vec2 kMiddle{1.0f / 3, 1.0f / 3};
+
 /// @param barycentric weights of the second and third vertex
 SurfacePoint surface_point(const Scene& scene, std::uint32_t triangle, Vec2 barycentric);
 

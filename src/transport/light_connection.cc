@@ -9,9 +9,6 @@ namespace glowworm {
 
 namespace {
 
-/// Relative error of a shadow ray's length and direction: 16 half units in the last place.
-constexpr float kShadowError = 0x1p-20f;
-
 /// The ray from a place to a light, offset from the light. If rounding leaves nothing between the two, it meets
 /// nothing.
 /// @param side the geometric normal on the side of the light; (0,0,0): the place is on no surface

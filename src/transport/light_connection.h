@@ -11,6 +11,9 @@
 
 namespace glowworm {
 
+/// Relative error of a shadow ray's length and direction: 16 half units in the last place.
+inline constexpr float kShadowError = 0x1p-20f;
+
 /// Weight of a sample from a strategy that takes `count` samples of density `pdf`, beside a second strategy: the
 /// balance heuristic (Veach 1997, equation 9.8).
 inline float balance_heuristic(float count, float pdf, float other_count, float other_pdf) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bsdf/bsdf.h"
+#include "transport/light_connection.h"
 #include "transport/medium.h"
 #include "transport/roulette.h"
 #include "transport/step.h"
@@ -18,18 +19,14 @@ namespace {
 constexpr std::size_t kMostImages = 64;
 /// Surfaces of one direction that have less than this share of the smooth area show none: facets of curved mirrors.
 constexpr double kLeastSurface = 0.01;
-/// Normals that differ by less are one.
+/// Normals, and directions of suns, that differ by less (radians) are one.
 constexpr float kNormalGrid = 1e-3f;
 /// Planes of one normal are one if they are closer than this share of the scene's radius.
 constexpr float kPlaneGrid = 1e-5f;
 /// The least share of the light that is followed.
 constexpr float kLeastOfLight = 1e-6f;
-/// Radians. Tolerance of the directions of suns.
-constexpr float kSunTolerance = 1e-3f;
 /// Tolerance of the images of a lamp, over the distance of the farthest from the lamp.
 constexpr float kLampTolerance = 1e-4f;
-/// Rays end before a lamp by this share of the way, so that they pass a surface that it touches: as shadow rays do.
-constexpr float kBeforeLamp = 0x1p-20f;
 
 /// Surfaces of one direction, or of one plane.
 struct FlatSurfaces {
@@ -47,9 +44,8 @@ Vec3 one_sided(Vec3 n) {
 
 /// Whether a triangle is smooth in its middle.
 bool is_smooth_in_the_middle(const Scene& scene, std::uint32_t triangle) {
-  constexpr float kThird = 1.0f / 3;
   Vertex vertex;
-  vertex.point = surface_point(scene, triangle, {kThird, kThird});
+  vertex.point = surface_point(scene, triangle, kMiddle);
   vertex.wo = vertex.point.geometric_normal;
   RGB color(1.0f);
   resolve_material(scene, vertex, color, [] { return 0.5f; });
@@ -92,9 +88,8 @@ std::vector<FlatSurfaces> flat_surfaces(const Scene& scene, bool by_plane) {
 /// light that it takes. Refraction of parallel light scales this by its cross section, and not as radiance.
 /// @param lobe index into smooth_lobes()
 RGB passed_irradiance(const Vertex& vertex, std::size_t lobe) {
-  constexpr float kFirst = 0, kLast = 0x1.fffffep-1f;
   const Vec3 view = vertex.surface().local_view(vertex.wo);
-  const BsdfSample s = sample(vertex.bsdf, view, lobe == 0 ? kFirst : kLast, {0.5f, 0.5f}, kSpecular, Transport::flux);
+  const BsdfSample s = sample(vertex.bsdf, view, lobe == 0 ? 0 : kBelowOne, {0.5f, 0.5f}, kSpecular, Transport::flux);
   return s.weight * (s.pdf * std::abs(s.wi.z / view.z));
 }
 
@@ -111,7 +106,8 @@ class ImageTracer {
     ++rays;
     Hit hit = tracer_.intersect(path.ray, RayOrder::partly);
     const bool meets_surface = travel(tracer_, path, hit, RayOrder::partly, [&](const Medium* medium, float length) {
-      const bool ends = length >= left * (1 - kBeforeLamp);
+      // The lamp may touch a surface.
+      const bool ends = length >= left * (1 - kShadowError);
       if (medium) path.throughput *= transmittance(*medium, path.ray, ends ? left : length);
       if (ends && bent) arrive(path, left);
       left -= length;
@@ -193,7 +189,7 @@ LightImages LightImages::of_lights(const Scene& scene) {
 }
 
 ImagedLight LightImages::of(const Light& light) const {
-  ImagedLight out{light, {}, kSunTolerance};
+  ImagedLight out{light, {}, kNormalGrid};
   const Vec3 start = out.is_far() ? -light.direction : light.position;
   std::vector<Vec3> all;
   float farthest = 0;  // squared
@@ -226,12 +222,11 @@ bool is_smooth(const Scene& scene, std::uint32_t triangle, const Vertex& vertex)
 
 RGB light_of_image(const Tracer& tracer, Vec3 origin, PathMedium medium, const ImagedLight& light, Vec3 image,
                    std::uint64_t& rays) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   if (!light.is_far() && light.same(image, light.light.position)) return RGB(0.0f);
-  const float distance = light.is_far() ? kInfinity : length(image - origin);
+  const float distance = light.is_far() ? std::numeric_limits<float>::infinity() : length(image - origin);
   ImageTracer tracing(tracer, light, distance);
   PathState path;
-  path.ray = {origin, 0, light.direction(image, origin), kInfinity};
+  path.ray = {origin, 0, light.direction(image, origin), std::numeric_limits<float>::infinity()};
   path.medium = medium;
   tracing.follow(path, distance, false, 0);
   rays += tracing.rays;

@@ -6,7 +6,6 @@
 // surfaces in few directions, known beforehand: one ray in each finds it exactly, with sharp borders.
 #pragma once
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "scene/light.h"

@@ -1,8 +1,6 @@
 #include "transport/medium.h"
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "core/random.h"
 #include "scene/surface.h"
@@ -149,7 +147,7 @@ int choose_channel(RGB throughput, float& u) {
   int channel = 0;
   while (channel < 2 && u >= share[channel]) u -= share[channel++];
   while (!(share[channel] > 0)) --channel;  // rounding may lead past the last
-  u = std::min(u / share[channel], 0x1.fffffep-1f);
+  u = std::min(u / share[channel], kBelowOne);
   return channel;
 }
 

@@ -2,7 +2,6 @@
 // choose a wavelength and a lobe, play roulette, leave. Cameras, gather rays, photons and the path tracer are policies
 // over it: they say what becomes of light that is found, and of a surface that scatters.
 #pragma once
-#include <cstdint>
 
 #include "scene/light_sampling.h"
 #include "transport/medium.h"

@@ -61,7 +61,7 @@ TEST(GatherGuide, SendsRaysWhereTheLightIs) {
   ASSERT_FALSE(guide.empty());
   for (const Vec3 normal : {Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
     const std::uint32_t region = guide.region({5, 5 * normal.z, 5 * normal.y}, normal);
-    ASSERT_NE(region, kNoTable);
+    ASSERT_NE(region, kNone);
     int hits = 0;
     double mean = 0;
     constexpr std::uint32_t kRays = 4096;
@@ -87,7 +87,7 @@ TEST(GatherGuide, SendsRaysWhereTheLightIs) {
 TEST(GatherGuide, HasTheDensityThatItReturns) {
   const GatherGuide guide(rays_on_floor_and_wall(8192, spot));
   const std::uint32_t region = guide.region({5, 0, 5}, {0, 1, 0});
-  ASSERT_NE(region, kNoTable);
+  ASSERT_NE(region, kNone);
   constexpr std::uint32_t kSide = 1024;
   constexpr double kSamples = kSide * kSide;
   double area = 0;
@@ -169,7 +169,7 @@ TEST(GatherGuide, KeepsTheLightOfAllBsdfs) {
   for (const Bsdf& bsdf : {diffuse, smooth_coat, rough_coat}) {
     for (const Vec3 normal : {Vec3{0, 1, 0}, normalize(Vec3{0.3f, 1, -0.1f})}) {
       const GatherPoints points = points_of(bsdf, normal, 4000);
-      ASSERT_NE(GatherDensity(points, 0, &guide).region(), kNoTable);
+      ASSERT_NE(GatherDensity(points, 0, &guide).region(), kNone);
       const auto light = [](double weight, Vec3 d, const GatherDensity&) {
         return weight * (d.x * d.y > 0.2f ? 3 : 1 + d.z);
       };
@@ -193,7 +193,7 @@ TEST(GatherGuide, LeavesEvenAndBlackLightAlone) {
   EXPECT_TRUE(GatherGuide(rays_on_floor_and_wall(4096, noise)).empty());
   EXPECT_TRUE(GatherGuide(rays_on_floor_and_wall(4096, black)).empty());
   EXPECT_TRUE(GatherGuide(GuideRays{}).empty());
-  EXPECT_EQ(GatherGuide().region({0, 0, 0}, {0, 1, 0}), kNoTable);
+  EXPECT_EQ(GatherGuide().region({0, 0, 0}, {0, 1, 0}), kNone);
 }
 
 TEST(GatherGuide, DoesNotFollowRaysThatFoundLightByChance) {
@@ -215,7 +215,7 @@ TEST(GatherGuide, DividesSpaceWhereLightMoves) {
   std::set<std::uint32_t> regions;
   for (float x = 0.5f; x < 10; ++x) {
     const std::uint32_t region = guide.region({x, 0, 5}, {0, 1, 0});
-    ASSERT_NE(region, kNoTable);
+    ASSERT_NE(region, kNone);
     regions.insert(region);
     int found = 0;
     for (std::uint32_t i = 0; i < 1024; ++i) {

@@ -195,11 +195,11 @@ TEST(Scheduler, PortionsStayWithinUsefulMemory) {
 TEST(Scheduler, FilmsThatProcessesSendHoldAllIds) {
   RenderSettings settings = settings_for(1280, 720, 1000, 25);
   const Schedule schedule = make_schedule(settings, std::uint64_t{1} << 30);
-  EXPECT_GT(shared_tasks(schedule, settings, 2).samples_at_once, Film::kMaxIds);
+  EXPECT_GT(shared_tasks(schedule, settings, 2).samples_at_once, kMaxIdsOfPixel);
   for (const char* layer : {"object-id", "material-id", "cryptomatte"}) {
     settings.aovs = {layer};
-    EXPECT_EQ(most_shared_samples(settings), Film::kMaxIds) << layer;
-    EXPECT_LE(shared_tasks(schedule, settings, 2).samples_at_once, Film::kMaxIds) << layer;
+    EXPECT_EQ(most_shared_samples(settings), kMaxIdsOfPixel) << layer;
+    EXPECT_LE(shared_tasks(schedule, settings, 2).samples_at_once, kMaxIdsOfPixel) << layer;
   }
 }
 
