@@ -14,6 +14,7 @@
 #include "import/instance_keeper.h"
 #include "import/mesh_tools.h"
 #include "import/scene_changes.h"
+#include "import/texture_cache.h"
 #include "scene/light_rig.h"
 #include "scene/scene_checks.h"
 
@@ -170,37 +171,6 @@ std::vector<std::string> builtin_scenes() { return builtin_scene_names(); }
 
 namespace {
 
-/// An image of the caller.
-class PixelImage final : public TextureImage {
- public:
-  PixelImage(int width, int height, std::span<const Rgb> pixels) : width_(width), height_(height) {
-    for (const Rgb& pixel : pixels) pixels_.push_back(inner(pixel));
-  }
-  RGB color(glowworm::Vec2 uv) const override {
-    const float x = uv.x * static_cast<float>(width_) - 0.5f, y = (1 - uv.y) * static_cast<float>(height_) - 0.5f;
-    const float left = std::floor(x), top = std::floor(y), right = x - left, down = y - top;
-    return (pixel(left, top) * (1 - right) + pixel(left + 1, top) * right) * (1 - down) +
-           (pixel(left, top + 1) * (1 - right) + pixel(left + 1, top + 1) * right) * down;
-  }
-  float alpha(glowworm::Vec2) const override { return 1; }
-  bool has_alpha() const override { return false; }
-  int width() const override { return width_; }
-  int height() const override { return height_; }
-
- private:
-  /// The pixel of a column and a row, which repeat.
-  RGB pixel(float column, float row) const {
-    const auto wrapped = [](float place, int length) {
-      const auto side = static_cast<float>(length);
-      return static_cast<std::size_t>(std::clamp(place - side * std::floor(place / side), 0.0f, side - 1));
-    };
-    return pixels_[wrapped(row, height_) * static_cast<std::size_t>(width_) + wrapped(column, width_)];
-  }
-
-  int width_, height_;
-  std::vector<RGB> pixels_;
-};
-
 void check_pixels(int width, int height, std::size_t pixels, const char* image) {
   check(width > 0 && height > 0 && pixels == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
         std::string("the image of ") + image + " has " + std::to_string(pixels) + " pixels, not " +
@@ -237,7 +207,13 @@ std::uint32_t SceneBuilder::add_texture(int width, int height, std::span<const R
           "All must lie in [0, 1].");
   TextureNode node;
   node.kind = TextureKind::image;
-  node.image = std::make_shared<const PixelImage>(width, height, pixels);
+  ImageFileData image;
+  image.header.width = width;
+  image.header.height = height;
+  image.header.channels = 3;
+  const auto bytes = std::as_bytes(pixels);
+  image.samples.assign(bytes.begin(), bytes.end());
+  node.image = texture_image(make_texture(std::make_shared<const ImageFileData>(std::move(image)), {}));
   implementation_->scene.textures.push_back(std::move(node));
   return static_cast<std::uint32_t>(implementation_->scene.textures.size() - 1);
 }

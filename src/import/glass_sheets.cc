@@ -4,12 +4,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "import/free_borders.h"
 #include "import/mesh_tools.h"

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <new>
-#include <string_view>
 #include <system_error>
 
 #include "builtin/builtin.h"

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "core/error.h"
 #include "core/input_file.h"

@@ -10,9 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <string>
 #include <system_error>
-#include <vector>
 
 #include "core/confine.h"
 #include "core/error.h"

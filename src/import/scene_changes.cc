@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <string_view>
 #include <utility>
 
 #include "core/error.h"

@@ -75,7 +75,7 @@ RGB color_of(StandIn stand_in) {
 
 /// The first line of an error about `name`, without the leading name, which the caller adds.
 std::string problem_of(const std::string& name, const std::string& message) {
-  const std::string line = message.substr(0, message.find('\n'));
+  const std::string line = first_line(message);
   return line.starts_with(name + ": ") ? line.substr(name.size() + 2) : line;
 }
 
@@ -164,7 +164,7 @@ struct TextureCache::State {
 
   std::shared_ptr<const TextureImage> read_file(const std::string& path, const TextureOptions& options,
                                                 StandIn stand_in) const {
-    if (!lazy) return std::make_shared<FileImage>(library->open(path, options));
+    if (!lazy) return texture_image(library->open(path, options));
     return std::make_shared<LazyImage>(path, read_image_header(path), stand_in,
                                        [kept = library, path, options] { return kept->open(path, options); });
   }
@@ -175,7 +175,7 @@ struct TextureCache::State {
       if (auto known = kept->find(name, options)) return known;
       return as_a_file(from, *room, [&](const std::string& file) { return kept->open(file, options, name); });
     };
-    if (!lazy) return std::make_shared<FileImage>(open(bytes));
+    if (!lazy) return texture_image(open(bytes));
     auto& kept = unread[name];
     if (!kept) kept = std::make_shared<std::vector<std::uint8_t>>(bytes.begin(), bytes.end());
     auto header = headers.find(name);
@@ -241,6 +241,10 @@ std::shared_ptr<const TextureImage> TextureCache::load_memory(const std::string&
                                                               std::span<const std::uint8_t> bytes,
                                                               const TextureOptions& options, StandIn stand_in) {
   return or_stand_in(name, stand_in, [&] { return state_->read_memory(name, bytes, options, stand_in); });
+}
+
+std::shared_ptr<const TextureImage> texture_image(std::shared_ptr<const TextureFile> texels) {
+  return std::make_shared<FileImage>(std::move(texels));
 }
 
 std::string find_texture_file(const std::string& folder, const std::string& name) {

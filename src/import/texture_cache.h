@@ -4,7 +4,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "image/texture_file.h"
 #include "import/import.h"
@@ -47,6 +46,9 @@ class TextureCache {
 
   std::unique_ptr<State> state_;
 };
+
+/// A texture of a file, or of texels in memory, for a scene.
+std::shared_ptr<const TextureImage> texture_image(std::shared_ptr<const TextureFile> texels);
 
 /// Finds the file that a scene in `folder` refers to by `name`. Tries the name with backslashes as slashes, as written,
 /// and the file name alone; then ignores capitalisation. If there is no such file, returns the first of these.

@@ -102,10 +102,7 @@ void write_foreign_scene(const ForeignScene& scene, const std::function<void(con
 }
 
 ForeignScene read_foreign_scene(std::string_view bytes, const std::string& file) try {
-  ArchiveReader reader(std::as_bytes(std::span(bytes)));
-  ForeignScene scene;
-  transfer(reader, scene);
-  if (!reader.at_end()) fail_transfer("it does not end where it should");
+  auto scene = unarchived<ForeignScene>(std::as_bytes(std::span(bytes)));
   check_indices(scene);
   return scene;
 } catch (const InvalidArchive& invalid) {

@@ -1,14 +1,10 @@
 #include "import/assimp/import.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 

@@ -1,6 +1,5 @@
 // Imports scene formats by Assimp, in a separate process.
 #pragma once
-#include <cstdint>
 #include <string>
 #include <string_view>
 

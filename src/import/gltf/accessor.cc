@@ -56,6 +56,14 @@ bool is_index_type(int type) {
          type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
+std::size_t component_size(int type) {
+  return static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
+}
+
+std::size_t component_count(const tinygltf::Accessor& accessor) {
+  return static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
+}
+
 /// Calls `visit` with the index and the bytes of each element in the sparse part of an accessor.
 template <typename Visit>
 void for_each_sparse(const GltfDocument& document, int index, std::size_t element_size, const Visit& visit) {
@@ -67,8 +75,7 @@ void for_each_sparse(const GltfDocument& document, int index, std::size_t elemen
   }
   const std::uint8_t* indices = document.view(sparse.indices.bufferView).data() + sparse.indices.byteOffset;
   const std::uint8_t* values = document.view(sparse.values.bufferView).data() + sparse.values.byteOffset;
-  const std::size_t index_size = static_cast<std::size_t>(
-      tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
+  const std::size_t index_size = component_size(sparse.indices.componentType);
   for (std::size_t i = 0; i < static_cast<std::size_t>(sparse.count); ++i) {
     const std::size_t target = index_value(indices + i * index_size, sparse.indices.componentType);
     if (target >= accessor.count) {
@@ -81,42 +88,38 @@ void for_each_sparse(const GltfDocument& document, int index, std::size_t elemen
   }
 }
 
+/// Calls `visit` with the index and the bytes of each element of an accessor, those of its sparse part last.
+template <typename Visit>
+void for_each_element(const GltfDocument& document, int index, const Visit& visit) {
+  const tinygltf::Accessor& accessor = document.model->accessors[static_cast<std::size_t>(index)];
+  const std::size_t size = component_count(accessor) * component_size(accessor.componentType);
+  if (accessor.bufferView >= 0) {
+    const tinygltf::BufferView& view = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    const std::size_t stride = std::max(size, view.byteStride);
+    const std::uint8_t* const bytes = document.view(accessor.bufferView).data() + accessor.byteOffset;
+    for (std::size_t i = 0; i < accessor.count; ++i) visit(i, bytes + i * stride);
+  }
+  if (accessor.sparse.isSparse) for_each_sparse(document, index, size, visit);
+}
+
 }  // namespace
 
 std::vector<float> read_floats(const GltfDocument& document, int index, int components) {
   const tinygltf::Accessor& accessor = document.model->accessors.at(static_cast<std::size_t>(index));
-  const int element_components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
-  if (element_components < components) {
-    throw Error({document.path},
-                fmt::format("accessors[{}] has {} components; expected {}", index, element_components, components),
+  const std::size_t given = component_count(accessor), wanted = static_cast<std::size_t>(components);
+  if (given < wanted) {
+    throw Error({document.path}, fmt::format("accessors[{}] has {} components; expected {}", index, given, components),
                 kDamagedGltf);
   }
   if (accessor.bufferView < 0 && !accessor.sparse.isSparse) {
     throw Error({document.path}, fmt::format("accessors[{}] has no data", index), kDamagedGltf);
   }
-  const std::size_t component_size =
-      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
-  std::vector<float> out(accessor.count * static_cast<std::size_t>(components));
-  if (accessor.bufferView >= 0) {
-    const std::size_t own = component_size * static_cast<std::size_t>(element_components);
-    const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-    const std::size_t stride = std::max(own, given);
-    const std::uint8_t* bytes = document.view(accessor.bufferView).data() + accessor.byteOffset;
-    for (std::size_t i = 0; i < accessor.count; ++i) {
-      for (std::size_t c = 0; c < static_cast<std::size_t>(components); ++c) {
-        out[i * static_cast<std::size_t>(components) + c] =
-            component(bytes + i * stride + c * component_size, accessor.componentType, accessor.normalized);
-      }
-    }
-  }
-  if (accessor.sparse.isSparse) {
-    const std::size_t size = component_size * static_cast<std::size_t>(element_components);
-    for_each_sparse(document, index, size, [&](std::size_t target, const std::uint8_t* bytes) {
-      for (std::size_t c = 0; c < static_cast<std::size_t>(components); ++c)
-        out[target * static_cast<std::size_t>(components) + c] =
-            component(bytes + c * component_size, accessor.componentType, accessor.normalized);
-    });
-  }
+  const std::size_t size = component_size(accessor.componentType);
+  std::vector<float> out(accessor.count * wanted);
+  for_each_element(document, index, [&](std::size_t i, const std::uint8_t* bytes) {
+    for (std::size_t c = 0; c < wanted; ++c)
+      out[i * wanted + c] = component(bytes + c * size, accessor.componentType, accessor.normalized);
+  });
   return out;
 }
 
@@ -124,24 +127,13 @@ GltfElements raw_elements(const GltfDocument& document, int index) {
   const tinygltf::Accessor& accessor = document.model->accessors.at(static_cast<std::size_t>(index));
   GltfElements out;
   out.component_type = accessor.componentType;
-  out.components =
-      static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
-  out.size =
-      out.components *
-      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
+  out.components = component_count(accessor);
+  out.size = out.components * component_size(accessor.componentType);
   if (accessor.bufferView < 0 && !accessor.sparse.isSparse) return out;
   out.bytes.resize(accessor.count * out.size);
-  if (accessor.bufferView >= 0) {
-    const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-    const std::size_t stride = std::max(out.size, given);
-    const std::uint8_t* const from = document.view(accessor.bufferView).data() + accessor.byteOffset;
-    for (std::size_t i = 0; i < accessor.count; ++i)
-      std::memcpy(out.bytes.data() + i * out.size, from + i * stride, out.size);
-  }
-  if (accessor.sparse.isSparse)
-    for_each_sparse(document, index, out.size, [&](std::size_t target, const std::uint8_t* bytes) {
-      std::memcpy(out.bytes.data() + target * out.size, bytes, out.size);
-    });
+  for_each_element(document, index, [&](std::size_t i, const std::uint8_t* bytes) {
+    std::memcpy(out.bytes.data() + i * out.size, bytes, out.size);
+  });
   return out;
 }
 
@@ -153,13 +145,10 @@ std::vector<std::uint32_t> read_indices(const GltfDocument& document, int index)
                 fmt::format("accessors[{}] cannot serve as indices: expected plain unsigned integers", index),
                 kDamagedGltf);
   }
-  const std::size_t own =
-      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)));
-  const std::size_t given = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
-  const std::size_t stride = std::max(own, given);
-  const std::uint8_t* bytes = document.view(accessor.bufferView).data() + accessor.byteOffset;
   std::vector<std::uint32_t> out(accessor.count);
-  for (std::size_t i = 0; i < accessor.count; ++i) out[i] = index_value(bytes + i * stride, accessor.componentType);
+  for_each_element(document, index, [&](std::size_t i, const std::uint8_t* bytes) {
+    out[i] = index_value(bytes, accessor.componentType);
+  });
   return out;
 }
 

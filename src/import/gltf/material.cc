@@ -142,6 +142,11 @@ std::uint32_t GltfMaterials::node(const TextureReference& reference, TextureEnco
   return add_node(description_.textures, std::move(outer));
 }
 
+std::uint32_t GltfMaterials::texture(const tinygltf::Value& of, const char* key, TextureEncoding encoding,
+                                     StandIn stand_in) {
+  return node(reference(texture_member(of, key)), encoding, stand_in);
+}
+
 std::uint32_t GltfMaterials::product(std::uint32_t a, std::uint32_t b) {
   if (a == kNone || b == kNone) return a == kNone ? b : a;
   return add_product_node(description_.textures, a, b);
@@ -194,13 +199,10 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
     material.ior = value == 0 ? 1e4f : std::max(1.0f, value);  // 0 means total reflection
   }
   if (const auto* specular = find("KHR_materials_specular")) {
-    material.specular = {
-        unit_range(number_member(*specular, "specularFactor", 1)),
-        node(reference(texture_member(*specular, "specularTexture")), TextureEncoding::linear, StandIn::one),
-        Channel::alpha};
-    material.specular_color = {
-        positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
-        node(reference(texture_member(*specular, "specularColorTexture")), TextureEncoding::srgb, StandIn::one)};
+    material.specular = {unit_range(number_member(*specular, "specularFactor", 1)),
+                         texture(*specular, "specularTexture", TextureEncoding::linear), Channel::alpha};
+    material.specular_color = {positive(color_member(*specular, "specularColorFactor", RGB(1.0f))),
+                               texture(*specular, "specularColorTexture", TextureEncoding::srgb)};
   }
   set_layers(source, material);
   set_volume(source, material);
@@ -211,10 +213,6 @@ void GltfMaterials::set_extensions(const tinygltf::Material& source, Material& m
 
 void GltfMaterials::set_layers(const tinygltf::Material& source, Material& material) {
   const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
-  const auto texture = [&](const tinygltf::Value& of, const char* key, TextureEncoding encoding,
-                           StandIn stand_in = StandIn::one) {
-    return node(reference(texture_member(of, key)), encoding, stand_in);
-  };
   if (const auto* coat = find("KHR_materials_clearcoat")) {
     material.clearcoat = {unit_range(number_member(*coat, "clearcoatFactor", 0)),
                           texture(*coat, "clearcoatTexture", TextureEncoding::linear), Channel::red};
@@ -297,10 +295,8 @@ void GltfMaterials::set_medium(const tinygltf::Material& source, const tinygltf:
 void GltfMaterials::set_volume(const tinygltf::Material& source, Material& material) {
   const auto find = [&](const char* name) { return find_extension(source.extensions, name); };
   if (const auto* transmission = find("KHR_materials_transmission")) {
-    material.transmission = {
-        unit_range(number_member(*transmission, "transmissionFactor", 0)),
-        node(reference(texture_member(*transmission, "transmissionTexture")), TextureEncoding::linear, StandIn::one),
-        Channel::red};
+    material.transmission = {unit_range(number_member(*transmission, "transmissionFactor", 0)),
+                             texture(*transmission, "transmissionTexture", TextureEncoding::linear), Channel::red};
     material.thin = true;
   }
   if (const auto* volume = find("KHR_materials_volume")) {

@@ -52,6 +52,9 @@ class GltfMaterials {
   template <typename Extensions>
   void read_texture_transform(const Extensions& extensions, TextureReference& reference);
   std::uint32_t node(const TextureReference& reference, TextureEncoding encoding, StandIn stand_in);
+  /// The texture of a member of an extension.
+  std::uint32_t texture(const tinygltf::Value& of, const char* key, TextureEncoding encoding,
+                        StandIn stand_in = StandIn::one);
   std::uint32_t product(std::uint32_t a, std::uint32_t b);
   std::uint32_t square(std::uint32_t node);
   std::uint32_t times_vertex_color(std::uint32_t node);

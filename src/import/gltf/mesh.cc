@@ -8,8 +8,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <utility>
-#include <vector>
 
 #include "core/error.h"
 #include "import/gltf/accessor.h"

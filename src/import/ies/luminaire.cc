@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <utility>
-#include <vector>
 
 #include "core/error.h"
 #include "core/input_file.h"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -85,17 +86,15 @@ class MtlParser {
   static bool is_glass_model(int model) { return model == 4 || model == 6 || model == 7 || model == 9; }
 
   void visit(std::string_view key, std::string_view rest, PhongMaterial& m) {
+    static const std::map<std::string_view, RGB PhongMaterial::*> kColors = {{"kd", &PhongMaterial::diffuse},
+                                                                             {"ks", &PhongMaterial::specular},
+                                                                             {"ke", &PhongMaterial::emissive},
+                                                                             {"tf", &PhongMaterial::filter}};
     const std::string known = lower(key);
-    if (known == "kd") {
-      color(key, rest, m.diffuse);
-      given_.diffuse = true;
-    } else if (known == "ks") {
-      color(key, rest, m.specular);
-    } else if (known == "ke") {
-      color(key, rest, m.emissive);
-      given_.emission = true;
-    } else if (known == "tf") {
-      color(key, rest, m.filter);
+    given_.diffuse |= known == "kd";
+    given_.emission |= known == "ke";
+    if (const auto found = kColors.find(known); found != kColors.end()) {
+      color(key, rest, m.*found->second);
     } else if (known == "ns") {
       number(key, rest, m.exponent);
     } else if (known == "ni") {

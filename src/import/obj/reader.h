@@ -1,7 +1,6 @@
 // OBJ files with their materials.
 #pragma once
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>

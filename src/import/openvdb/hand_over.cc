@@ -13,8 +13,10 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x31767767;
 
+}  // namespace
+
 template <typename Archive>
-void transfer_answer(Archive& archive, OpenVdbAnswer& answer) {
+void transfer(Archive& archive, OpenVdbAnswer& answer) {
   std::uint32_t mark = kMagic;
   transfer(archive, mark);
   if (mark != kMagic) fail_transfer("it is not of this version of the program");
@@ -23,6 +25,8 @@ void transfer_answer(Archive& archive, OpenVdbAnswer& answer) {
   for (Vec3d* column : {&map.x, &map.y, &map.z, &map.translation})
     transfer_all(archive, column->x, column->y, column->z);
 }
+
+namespace {
 
 void check_answer(const OpenVdbAnswer& answer) {
   if (!answer.found) return;
@@ -46,14 +50,11 @@ void check_answer(const OpenVdbAnswer& answer) {
 
 void write_openvdb_answer(const OpenVdbAnswer& answer, const std::function<void(const void*, std::size_t)>& write) {
   ArchiveWriter writer(write);
-  transfer_answer(writer, const_cast<OpenVdbAnswer&>(answer));  // a writer does not change the answer
+  transfer(writer, const_cast<OpenVdbAnswer&>(answer));  // a writer does not change the answer
 }
 
 OpenVdbAnswer read_openvdb_answer(std::string_view bytes, const std::string& file) try {
-  ArchiveReader reader(std::as_bytes(std::span(bytes)));
-  OpenVdbAnswer answer;
-  transfer_answer(reader, answer);
-  if (!reader.at_end()) fail_transfer("it does not end where it should");
+  auto answer = unarchived<OpenVdbAnswer>(std::as_bytes(std::span(bytes)));
   check_answer(answer);
   return answer;
 } catch (const InvalidArchive& invalid) {

@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "core/error.h"
-
 namespace glowworm {
 
 std::string to_string(const PbrtPlace& place) {

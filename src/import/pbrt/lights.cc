@@ -103,8 +103,7 @@ class LightBuilder {
     try {
       light = read_luminaire(context_.resolve(parameters_.string("filename", ""), parameters_.place()));
     } catch (const Error& error) {
-      const std::string message = error.what();
-      parameters_.error("the photometric file cannot be read: " + message.substr(0, message.find('\n')),
+      parameters_.error("the photometric file cannot be read: " + first_line(error.what()),
                         "Put a whole file where the scene says, or leave the light out.");
       return;
     }
@@ -218,8 +217,7 @@ class LightBuilder {
     } catch (const Cancelled&) {
       throw;
     } catch (const Error& error) {
-      const std::string message = error.what();
-      parameters_.error("the image of an infinite light cannot be read: " + message.substr(0, message.find('\n')),
+      parameters_.error("the image of an infinite light cannot be read: " + first_line(error.what()),
                         "Put the file there, or remove the light.");
       return nullptr;
     }

@@ -1,7 +1,6 @@
 // Participating media of pbrt scenes.
 #pragma once
 #include <map>
-#include <optional>
 #include <string>
 
 #include "import/pbrt/context.h"

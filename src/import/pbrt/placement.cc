@@ -1,9 +1,6 @@
 #include "import/pbrt/placement.h"
 
-#include <fmt/format.h>
-
 #include <utility>
-#include <vector>
 
 namespace glowworm {
 

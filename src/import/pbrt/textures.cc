@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "core/lines.h"
 #include "core/text.h"
 #include "import/texture_nodes.h"

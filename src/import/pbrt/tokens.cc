@@ -134,32 +134,10 @@ std::string unescape(const PbrtToken& token) {
   for (std::size_t i = 0; i < token.text.size(); ++i) {
     char c = token.text[i];
     if (c == '\\' && i + 1 < token.text.size()) {
-      const char escaped = token.text[++i];
-      switch (escaped) {
-        case 'n':
-          c = '\n';
-          break;
-        case 't':
-          c = '\t';
-          break;
-        case 'r':
-          c = '\r';
-          break;
-        case 'b':
-          c = '\b';
-          break;
-        case 'f':
-          c = '\f';
-          break;
-        case '\\':
-        case '"':
-        case '\'':
-          c = escaped;
-          break;
-        default:
-          out += c;
-          c = escaped;
-      }
+      constexpr std::string_view kNames = "ntrbf\\\"'", kMeanings = "\n\t\r\b\f\\\"'";
+      const std::size_t known = kNames.find(token.text[++i]);
+      if (known == std::string_view::npos) out += c;
+      c = known == std::string_view::npos ? token.text[i] : kMeanings[known];
     }
     out += c;
   }

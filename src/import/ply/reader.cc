@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 #include "core/error.h"
 #include "core/lines.h"

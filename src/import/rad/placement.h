@@ -1,6 +1,5 @@
 // Copies of what a .rad file describes: the options of xform.
 #pragma once
-#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>

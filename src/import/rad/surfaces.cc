@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "import/mesh_tools.h"
 #include "import/pbrt/tessellation.h"
