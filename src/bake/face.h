@@ -1,6 +1,5 @@
 // Sides of triangles that get texels.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

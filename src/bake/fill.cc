@@ -1,7 +1,5 @@
 #include "bake/fill.h"
 
-#include <algorithm>
-
 namespace glowworm {
 
 namespace {

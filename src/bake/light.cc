@@ -1,8 +1,6 @@
 #include "bake/light.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "bake/fill.h"
 #include "bake/source_texture.h"

@@ -1,7 +1,5 @@
 #include "core/distribution.h"
 
-#include <algorithm>
-
 namespace glowworm {
 
 Distribution1D::Distribution1D(std::span<const float> weights)

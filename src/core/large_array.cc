@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <mutex>
-#include <new>
-#include <vector>
 
 #include "core/disk_memory.h"
 #include "core/spare_memory.h"

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <cstdio>
 #include <mutex>
-#include <string>
 
 #include "core/option_names.h"
 #include "core/text.h"

@@ -1,7 +1,6 @@
 // Messages on standard error, and texts on standard output. All leave out what would command a terminal: they may hold
 // names from files (core/text.h, printable()).
 #pragma once
-#include <string>
 #include <string_view>
 
 namespace glowworm {

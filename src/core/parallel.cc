@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
-#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <memory>

@@ -1,7 +1,6 @@
 // Effects of shading normals on arriving and leaving flux; bsdf/shaded_surface.h explains them.
 #pragma once
 #include <algorithm>
-#include <cmath>
 
 namespace glowworm {
 

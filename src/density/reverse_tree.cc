@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "density/kd_tree.h"
 
 namespace glowworm {
 

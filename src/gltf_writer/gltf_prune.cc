@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>

@@ -1,6 +1,5 @@
 // Vertices of a glTF primitive, more than once where charts need it.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -1,8 +1,6 @@
 // Writes baked light as glTF textures, texture coordinates and materials.
 #pragma once
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "gltf_writer/glb.h"

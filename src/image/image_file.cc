@@ -11,7 +11,6 @@
 #include <string_view>
 #include <utility>
 
-#include "core/error.h"
 #include "core/input_file.h"
 #include "core/log.h"
 #include "core/memory_budget.h"

@@ -1,6 +1,5 @@
 #include "image/reader_messages.h"
 
-#include <utility>
 #include <vector>
 
 #include "core/archive.h"

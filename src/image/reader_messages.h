@@ -1,7 +1,6 @@
 // What the program glowworm-reader and its parent tell each other.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 

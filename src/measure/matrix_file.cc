@@ -4,10 +4,8 @@
 
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <iterator>
-#include <span>
 
 #include "core/error.h"
 #include "core/lines.h"

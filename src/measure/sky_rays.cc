@@ -1,8 +1,6 @@
 #include "measure/sky_rays.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>

@@ -1,7 +1,6 @@
 // Glare of views in every hour of a year, from luminances.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 

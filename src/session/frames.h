@@ -1,7 +1,6 @@
 // Sequences of frames: a way of cameras and light edits through a scene.
 #pragma once
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 

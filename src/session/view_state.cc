@@ -1,7 +1,5 @@
 #include "session/view_state.h"
 
-#include <algorithm>
-#include <iterator>
 #include <limits>
 
 namespace glowworm {

@@ -9,8 +9,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <string_view>
-#include <type_traits>
 #include <utility>
 
 #include "core/error.h"

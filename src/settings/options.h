@@ -1,7 +1,6 @@
 // The options of a render, one row for each. The rows serve the command line, views, statistics and the key of
 // checkpoints. A new setting takes a member of RenderSettings and a row in options.cc.
 #pragma once
-#include <cstddef>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <set>

@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "core/memory_budget.h"
 #include "core/parallel.h"
-#include "density/engine.h"
 #include "gather/direct_light.h"
 #include "photon/material_lobes.h"
 #include "scene/light_groups.h"

@@ -1,6 +1,5 @@
 // Instances for Embree: primitives of a user geometry, which take little memory each, and whose callbacks transform
 // rays with few roundings.
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
