@@ -108,11 +108,11 @@ AreaLightSource "diffuse" "rgb L" [4 4 4]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4  4 0 4  4 0 -4]
 )";
   using V = std::vector<std::string>;
+  // Slices of six and seven samples; films of more than six do not hold all ids.
+  V all = arguments({"--samples", "200", "--aov", "direct,object-id", "--stats", "a.json", "-o", ""});
   for (const char* scene : {"lamp.pbrt", "camera.pbrt"}) {
-    // Slices of six and seven samples; films of more than six do not hold all ids.
-    std::vector<std::string> all =
-        arguments({"--samples", "200", "--aov", "direct,object-id", "--stats", "a.json", "-o", "alone.exr"});
     all[1] = scene;
+    all.back() = "alone.exr";
     ASSERT_EQ(run(all).status, 0);
     all.back() = "shared.exr";
     for (const int count : {2, 3}) {
@@ -131,22 +131,22 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 0 -4  -4 0 4
         EXPECT_GT(statistics.at("memory_bytes").at("photon_map"), 1000);
       }
     }
-    for (const auto& [shutter, remedy] :
-         {std::pair{V{}, "give --shutter 0"}, std::pair{V{"--shutter", "1"}, "Leave out --shutter"}})
-      for (const V& other : {V{"--resume"}, V{"--part", "1/2"}, V{"--noise", "1%"}, V{"--time", "1m"}}) {
-        V more = all;
-        more.insert(more.end(), shutter.begin(), shutter.end());
-        more.insert(more.end(), other.begin(), other.end());
-        const Outcome outcome = run(more, by_ranks(2, more));
-        EXPECT_NE(outcome.status, 0);
-        EXPECT_THAT(outcome.err, testing::HasSubstr("no motion blur: "));
-        EXPECT_THAT(outcome.err, testing::HasSubstr(other.front()));
-        EXPECT_THAT(outcome.err, testing::HasSubstr(remedy));
-      }
     V still = all;
     still.insert(still.end(), {"--shutter", "0", std::string("--resume=") + scene + ".checkpoint"});
     EXPECT_EQ(run(still, by_ranks(2, still)).status, 0);
   }
+  for (const auto& [shutter, remedy] :
+       {std::pair{V{}, "give --shutter 0"}, std::pair{V{"--shutter", "1"}, "Leave out --shutter"}})
+    for (const V& other : {V{"--resume"}, V{"--part", "1/2"}, V{"--noise", "1%"}, V{"--time", "1m"}}) {
+      V more = all;
+      more.insert(more.end(), shutter.begin(), shutter.end());
+      more.insert(more.end(), other.begin(), other.end());
+      const Outcome outcome = run(more, by_ranks(2, more));
+      EXPECT_NE(outcome.status, 0);
+      EXPECT_THAT(outcome.err, testing::HasSubstr("no motion blur: "));
+      EXPECT_THAT(outcome.err, testing::HasSubstr(other.front()));
+      EXPECT_THAT(outcome.err, testing::HasSubstr(remedy));
+    }
 }
 
 TEST_F(SlowMpiTest, ARankThatIsInterruptedWhileItLearnsLeavesTheOthersToFinish) {
@@ -169,17 +169,16 @@ TEST_F(SlowMpiTest, ARankThatIsInterruptedWhileItLearnsLeavesTheOthersToFinish) 
 
 TEST_F(SlowMpiTest, AnyNumberOfRanksAndThreadsGivesTheSameBits) {
   ASSERT_EQ(run(arguments({"--samples", "4", "-o", "alone.exr"})).status, 0);
-  for (const int count : {1, 2, 3, 5})
-    for (const char* threads : {"1", "2"}) {
-      fs::remove(path("shared.exr"));
-      const Outcome outcome = run_ranks(count, {"--samples", "4", "--threads", threads, "-o", "shared.exr"});
-      ASSERT_EQ(outcome.status, 0) << outcome.err;
-      EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;  // no rank was lost
-      // Only rank 0 speaks.
-      EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
-      EXPECT_EQ(outcome.err.find(" ranks, kernels by") != std::string::npos, count > 1) << outcome.err;
-      expect_same_pixels("shared.exr", "alone.exr");
-    }
+  for (const auto& [count, threads] : {std::pair(1, "2"), {2, "1"}, {3, "2"}, {5, "1"}}) {
+    fs::remove(path("shared.exr"));
+    const Outcome outcome = run_ranks(count, {"--samples", "4", "--threads", threads, "-o", "shared.exr"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;  // no rank was lost
+    // Only rank 0 speaks.
+    EXPECT_EQ(outcome.err.find("wrote shared.exr"), outcome.err.rfind("wrote shared.exr"));
+    EXPECT_EQ(outcome.err.find(" ranks, kernels by") != std::string::npos, count > 1) << outcome.err;
+    expect_same_pixels("shared.exr", "alone.exr");
+  }
 }
 
 TEST_F(SlowMpiTest, AfterAKilledRankTheRenderGoesOnFromItsCheckpoint) {

@@ -142,14 +142,11 @@ class SlowPolishedFloor : public testing::Test {
 };
 
 TEST_F(SlowPolishedFloor, AgreesWithPicturesOfSingleHours) {
-  for (const float alpha : {0.03f, 0.09f}) {
+  for (const auto& [alpha, hour] : {std::pair(0.03f, 0u), {0.09f, 3u}}) {
     const ViewYear found = year(alpha);
-    for (const std::size_t hour : {0u, 3u}) {
-      const Glare alone = glare_of_hour(room(alpha), view_, weather_.hours[hour], 512, 8);
-      EXPECT_NEAR(found.illuminance[hour], alone.vertical_illuminance, 0.04 * alone.vertical_illuminance)
-          << alpha << ' ' << hour;
-      EXPECT_NEAR(found.dgp[hour], alone.dgp, 0.02 * alone.dgp) << alpha << ' ' << hour;
-    }
+    const Glare alone = glare_of_hour(room(alpha), view_, weather_.hours[hour], 512, 8);
+    EXPECT_NEAR(found.illuminance[hour], alone.vertical_illuminance, 0.04 * alone.vertical_illuminance) << alpha;
+    EXPECT_NEAR(found.dgp[hour], alone.dgp, 0.02 * alone.dgp) << alpha;
   }
 }
 

@@ -116,7 +116,7 @@ TEST_P(LosslessSmoothBall, VanishesInAFurnaceByPhotonMapping) {
 }
 
 // Of four times three rings, glass holds light by total reflection for thousands of bounces; these do not.
-constexpr Tessellation kCoarse{8, 2}, kMiddle{16, 9}, kFine{64, 33};
+constexpr Tessellation kCoarse{8, 2}, kMiddle{16, 9};
 
 std::string ball_name(const testing::TestParamInfo<std::tuple<BallCase, Tessellation>>& info) {
   return std::get<0>(info.param).name + "_" + std::to_string(std::get<1>(info.param).triangles());
@@ -127,8 +127,7 @@ INSTANTIATE_TEST_SUITE_P(Coarse, LosslessSmoothBall,
                                           testing::Values(kCoarse)),
                          ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, LosslessSmoothBall,
-                         testing::Combine(testing::ValuesIn(lossless_balls()),
-                                          testing::Values(kCoarse, kMiddle, kFine)),
+                         testing::Combine(testing::ValuesIn(lossless_balls()), testing::Values(kCoarse, kMiddle)),
                          ball_name);
 
 /// Materials that absorb some.
@@ -189,8 +188,7 @@ INSTANTIATE_TEST_SUITE_P(Coarse, AbsorbingSmoothBall,
                          testing::Combine(testing::Values(absorbing_cases().front()), testing::Values(kCoarse)),
                          ball_name);
 INSTANTIATE_TEST_SUITE_P(Slow, AbsorbingSmoothBall,
-                         testing::Combine(testing::ValuesIn(absorbing_cases()),
-                                          testing::Values(kCoarse, kMiddle, kFine)),
+                         testing::Combine(testing::ValuesIn(absorbing_cases()), testing::Values(kCoarse, kMiddle)),
                          ball_name);
 
 }  // namespace

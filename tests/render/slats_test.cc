@@ -49,7 +49,7 @@ void expect_mean_of_paths(const RunningMean& photons, const RunningMean& paths, 
 
 TEST(SlowSlats, LetThroughAsMuchLightByPhotonsAsByPaths) {
   const Stage stage(room_behind_blinds());
-  const RunningMean paths = means_of_seeds(stage, by_path(16, 1024), 16);
+  const RunningMean paths = means_of_seeds(stage, by_path(16, 512), 8);
   // Kernels may change the mean by 1%; beside that 4 standard errors, a false alarm in 16,000 choices of seeds. Light
   // that is wrong by 5% is found with the same confidence.
   expect_mean_of_paths(means_of_seeds(stage, by_photons(16, 16, 25, 1'000'000, "blocked"), 4), paths, 0.01);
