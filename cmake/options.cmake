@@ -37,6 +37,11 @@ if(GLOWWORM_SCALAR_ONLY)
   target_compile_definitions(glowworm_options INTERFACE HWY_COMPILE_ONLY_SCALAR)
 endif()
 if(GLOWWORM_SANITIZE)
+  if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+    # AVX2 and plain code, of five instruction sets: kernels are the same source in all.
+    target_compile_definitions(glowworm_options INTERFACE
+      "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3|HWY_AVX3_DL)")
+  endif()
   target_compile_options(glowworm_options INTERFACE -fsanitize=${GLOWWORM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(glowworm_options INTERFACE -fsanitize=${GLOWWORM_SANITIZE})
 endif()

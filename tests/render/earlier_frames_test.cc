@@ -11,18 +11,18 @@
 namespace glowworm {
 namespace {
 
-constexpr int kSide = 40;
+constexpr int kFrameSide = 40;
 constexpr float kDeviation = 0.2f;
 
 /// A frame of a wall at z = 0 that is lit by `level(x, y)`, with noise. @param x of the camera, 1 m before it
 FrameLight frame_of_wall(float x, std::uint32_t seed, float (*level)(Vec3)) {
   FrameLight out;
-  out.view = {look_at({x, 0, -1}, {x, 0, 0}, {0, 1, 0}, 60), kSide, kSide, {0, 0, kSide, kSide}};
-  out.guides = {kSide, kSide, {}, {}};
+  out.view = {look_at({x, 0, -1}, {x, 0, 0}, {0, 1, 0}, 60), kFrameSide, kFrameSide, {0, 0, kFrameSide, kFrameSide}};
+  out.guides = {kFrameSide, kFrameSide, {}, {}};
   Sampler random(SamplerKind::independent, seed, 0, 0);
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const Vec2 film{static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f};
-    const Vec3 to = unproject(out.view.camera, film, kSide, kSide, 1) - out.view.camera.to_world.translation;
+  for (int i = 0; i < kFrameSide * kFrameSide; ++i) {
+    const Vec2 film{static_cast<float>(i % kFrameSide) + 0.5f, static_cast<float>(i / kFrameSide) + 0.5f};
+    const Vec3 to = unproject(out.view.camera, film, kFrameSide, kFrameSide, 1) - out.view.camera.to_world.translation;
     const float depth = 1 / to.z;
     out.guides.normal.push_back({0, 0, -1});
     out.guides.depth.push_back(depth);
@@ -61,7 +61,7 @@ TEST(EarlierFrames, ReduceNoiseLikeFurtherSamples) {
   add_earlier_samples(frames_before(own, 7, even), own.guides, &FrameLight::direct, own.direct);
   EXPECT_LT(error_of(own.direct, 2), 0.5 * before);
   // In the middle, all frames but a few are used.
-  const std::size_t middle = kSide * kSide / 2 + kSide / 2;
+  const std::size_t middle = kFrameSide * kFrameSide / 2 + kFrameSide / 2;
   EXPECT_GE(own.direct.samples[middle], 24u);
   EXPECT_NEAR(own.direct.variance[middle] * static_cast<float>(own.direct.samples[middle]), 4 * kDeviation * kDeviation,
               1e-5);
@@ -72,7 +72,7 @@ TEST(EarlierFrames, AreNotUsedInOtherLight) {
   add_earlier_samples(frames_before(own, 7, [](Vec3) { return 2.4f; }), own.guides, &FrameLight::direct, own.direct);
   double sum = 0;
   for (const RGB& light : own.direct.light) sum += light.r;
-  EXPECT_NEAR(sum / (kSide * kSide), 2, 0.03);
+  EXPECT_NEAR(sum / (kFrameSide * kFrameSide), 2, 0.03);
 }
 
 /// Frames of the same view are further samples of each pixel, whatever these show.
@@ -80,7 +80,7 @@ TEST(EarlierFrames, OfTheSameViewAreFurtherSamples) {
   FrameLight own = frame_of_wall(0, 0, even);
   auto before = std::make_shared<FrameLight>(frame_of_wall(0, 1, [](Vec3) { return 4.0f; }));
   before->direct.samples.assign(before->direct.samples.size(), 12);
-  before->surfaces.assign(kSide * kSide, {RGB(0.5f), RGB(0.6f), RGB(1.0f), RGB(2.0f), 0.5f});
+  before->surfaces.assign(kFrameSide * kFrameSide, {RGB(0.5f), RGB(0.6f), RGB(1.0f), RGB(2.0f), 0.5f});
   const EarlierFrames earlier(own.view, {before});
   const LightEstimate alone = own.direct;
   add_earlier_samples(earlier, own.guides, &FrameLight::direct, own.direct);
@@ -107,11 +107,11 @@ constexpr float kShadow = 0.013f, kLit = 2;
 /// edge; as they are stratified, each pixel is right to a small error.
 FrameLight frame_of_shadow(float x, std::uint32_t seed) {
   FrameLight out = frame_of_wall(x, seed, [](Vec3) { return 0.0f; });
-  const float pixel = 2 * std::tan(kPi / 6) / kSide;
+  const float pixel = 2 * std::tan(kPi / 6) / kFrameSide;
   Sampler random(SamplerKind::independent, seed, 0, 0);
-  for (std::size_t i = 0; i < kSide * kSide; ++i) {
-    const Vec2 film{static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f};
-    const float middle = unproject(out.view.camera, film, kSide, kSide, out.guides.depth[i]).x;
+  for (std::size_t i = 0; i < kFrameSide * kFrameSide; ++i) {
+    const Vec2 film{static_cast<float>(i % kFrameSide) + 0.5f, static_cast<float>(i / kFrameSide) + 0.5f};
+    const float middle = unproject(out.view.camera, film, kFrameSide, kFrameSide, out.guides.depth[i]).x;
     const float lit = std::clamp((middle - kShadow) / pixel + 0.5f, 0.0f, 1.0f);
     const float value = kLit * lit + 0.01f * (2 * random.next1() - 1);
     out.direct.light[i] = RGB(value);
@@ -130,7 +130,7 @@ TEST(EarlierFrames, DoNotBlurShadows) {
         frame_of_shadow(-0.0043f * static_cast<float>(i), static_cast<std::uint32_t>(i))));
   add_earlier_samples({own.view, frames}, own.guides, &FrameLight::direct, own.direct);
   for (std::size_t i = 0; i < before.level.size(); ++i)
-    EXPECT_NEAR(own.direct.level[i], before.level[i], 0.1) << i % kSide;
+    EXPECT_NEAR(own.direct.level[i], before.level[i], 0.1) << i % kFrameSide;
 }
 
 TEST(EarlierFrames, AreNotUsedOnOtherSurfaces) {

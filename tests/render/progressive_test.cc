@@ -11,7 +11,7 @@
 namespace glowworm {
 namespace {
 
-constexpr int kSide = 12;
+constexpr int kPictureSide = 12;
 constexpr std::uint32_t kSeeds = 4;
 
 /// Mean over pixels and channels of the relative squared difference.
@@ -27,7 +27,7 @@ double relative_mse(const std::vector<RGB>& a, const std::vector<RGB>& b, const 
 }
 
 std::vector<RGB> path_traced(const Stage& stage, std::uint32_t seed) {
-  RenderSettings settings = by_path(kSide, 1 << 14);
+  RenderSettings settings = by_path(kPictureSide, 1 << 14);
   settings.indirect_only = true;
   settings.seed = seed;
   return pixels(stage.render(settings), true);
@@ -38,7 +38,7 @@ std::vector<double> errors(const Stage& stage, std::uint32_t passes, bool progre
                            const std::vector<RGB>& reference, double reference_mse) {
   std::vector<double> found;
   for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
-    RenderSettings settings = by_photons(kSide, passes, 16, 2000, "blocked");
+    RenderSettings settings = by_photons(kPictureSide, passes, 16, 2000, "blocked");
     settings.indirect_only = true;
     settings.progressive = progressive;
     settings.seed = 10 + seed;

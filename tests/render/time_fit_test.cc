@@ -23,24 +23,24 @@ const Scene& cornell() {
   return scene;
 }
 
-constexpr AutomaticNumbers kAll{true, true, true};
+constexpr AutomaticNumbers kAllNumbers{true, true, true};
 
 TEST(TimeFit, LeavesFastMachinesAlone) {
   const RenderSettings s = resolve(limited(20), cornell());
-  const RenderSettings fitted = fitted_settings(s, kAll, {.ray_s = 1e-5 / s.gather, .photon_s = 1e-6}, 20);
+  const RenderSettings fitted = fitted_settings(s, kAllNumbers, {.ray_s = 1e-5 / s.gather, .photon_s = 1e-6}, 20);
   EXPECT_EQ(fitted.photons, s.photons);
   EXPECT_EQ(fitted.gather, s.gather);
-  EXPECT_FALSE(may_need_fitting(s, kAll, 1000));
-  EXPECT_TRUE(may_need_fitting(s, kAll, 20));
+  EXPECT_FALSE(may_need_fitting(s, kAllNumbers, 1000));
+  EXPECT_TRUE(may_need_fitting(s, kAllNumbers, 20));
   EXPECT_FALSE(may_need_fitting(s, {}, 20));
-  EXPECT_FALSE(may_need_fitting(resolve(limited(0), cornell()), kAll, 20));
+  EXPECT_FALSE(may_need_fitting(resolve(limited(0), cornell()), kAllNumbers, 20));
 }
 
 TEST(TimeFit, GivesPhotonsAndAFirstImageTheirShares) {
   const RenderSettings s = resolve(limited(20), cornell());
   for (const double slowness : {1.0, 3.0, 10.0, 30.0}) {
     const Cost cost{.ray_s = 1e-3 * slowness / s.gather, .photon_s = 1e-4 * slowness};
-    const RenderSettings fitted = fitted_settings(s, kAll, cost, 20);
+    const RenderSettings fitted = fitted_settings(s, kAllNumbers, cost, 20);
     EXPECT_LT(fitted.photons, s.photons);
     const double photons_s = cost.photon_s * static_cast<double>(fitted.photons);
     EXPECT_LE(photons_s, 8.01);
