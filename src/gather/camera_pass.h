@@ -13,17 +13,18 @@
 
 namespace glowworm {
 
-/// Surface samples of each camera sample: camera paths that find emission, albedo and the light of directional lights,
-/// but no gather points. They cost little, and textures, edges, lamps and suns need more samples than other light. They
-/// follow the specular lobes of every surface, and at first both reflection and refraction, so that reflected lamps
-/// have little noise.
+/// Surface samples of each camera sample: camera paths that find emission, albedo and the light that specular lobes
+/// reflect of lamps and suns, but no gather points. They cost little, and textures, edges, lamps, glossy details and
+/// suns need more samples than other light. They follow the specular lobes of every surface, and at first both
+/// reflection and refraction, so that reflected lamps have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
   bool places = false;  ///< also fill FirstHit::triangle and barycentric
-  /// Also take surface samples: fill SlotRadiance::surface_emitted and FirstHit::surface_albedo.
+  /// Also take surface samples: fill SlotRadiance::surface_emitted and FirstHit::surface_albedo. They, in place of
+  /// camera samples, find the lights that rough specular lobes reflect.
   bool surface_samples = false;
   /// With `surface_samples`: surface samples find the light of directional lights, in place of camera and light
   /// samples: a sun's spots are often smaller than a pixel, and its glints always. Needs such a light.

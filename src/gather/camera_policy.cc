@@ -82,28 +82,36 @@ void CameraPolicy::find_sun(CameraPath& path, const Vertex& vertex) {
   lights_.wait(path.slot, light);
 }
 
-/// Continues through the specular lobes of the surface, and adds the light of lamps that rough ones reflect.
+/// Continues through the specular lobes of the surface. Without surface samples, rough ones reflect a light sample.
 bool CameraPolicy::follow(CameraPath& path, const Vertex& vertex, int bounce) {
   Sampler& sampler = path.sampler;
   const float u_lobe = sampler.next1();
   const ScatteredRay s = vertex.surface().sample(vertex.wo, u_lobe, sampler.next2(), kSpecular);
-  const Vec2 pair = sampler.next2();
-  const float u = sampler.next1();
-  if (takes_light_samples(vertex.bsdf)) {
-    const LightSample sample = sample_light(scene_, vertex, pair, u);
-    const bool is_apart =
-        (settings_.glints_apart && path.smooth && sample.delta) || (settings_.suns && sample.is_directional());
-    if (!is_apart)
-      lights_.add(radiance_.direct, path.slot, path.throughput, reflected_light(sample, vertex, kSpecular, kSpecular));
-  }
-  if (settings_.glints_apart) path.smooth &= smooth_lobes(vertex).count > 0;
+  add_specular_light(path, vertex, path.throughput);
   return leave(path, vertex, s, s.weight) && survives(path, max_component(path.throughput), kLeastOfChains, bounce);
 }
 
-/// Continues through the specular lobes, for lamps that are seen through them.
+/// Adds a light sample that the rough specular lobes of a vertex reflect, for surface samples if there are some, and
+/// notes whether all lobes are smooth.
+/// @param factor on its light
+void CameraPolicy::add_specular_light(CameraPath& path, const Vertex& vertex, RGB factor) {
+  const Vec2 pair = path.sampler.next2();
+  const float u = path.sampler.next1();
+  const bool was_smooth = path.smooth;
+  if (settings_.glints_apart) path.smooth &= smooth_lobes(vertex).count > 0;
+  if (sequence.of_surface() != settings_.surface_samples || !takes_light_samples(vertex.bsdf)) return;
+  const LightSample sample = sample_light(scene_, vertex, pair, u);
+  const bool is_apart =
+      (settings_.glints_apart && was_smooth && sample.delta) || (settings_.suns && sample.is_directional());
+  if (!is_apart)
+    lights_.add(radiance_.direct, path.slot, factor, reflected_light(sample, vertex, kSpecular, kSpecular));
+}
+
+/// Continues through the specular lobes, for lamps that are seen through them and light that rough ones reflect.
 bool CameraPolicy::follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce) {
   const float u_lobe = path.sampler.next1();
   const Vec2 u = path.sampler.next2();
+  add_specular_light(path, vertex, path.throughput * (1.0f / kSurfaceSamples));
   if (bounce < kSplitBounces) {
     const SmoothLobes lobes = smooth_lobes(vertex);
     if (lobes.count == 2) {

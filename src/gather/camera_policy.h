@@ -35,6 +35,7 @@ class CameraPolicy {
   void add_emitted(std::uint32_t slot, RGB light, std::uint32_t source);
   bool scatter(CameraPath& path, const Vertex& vertex, int bounce);
   void find_sun(CameraPath& path, const Vertex& vertex);
+  void add_specular_light(CameraPath& path, const Vertex& vertex, RGB factor);
   bool follow(CameraPath& path, const Vertex& vertex, int bounce);
   bool follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce);
 

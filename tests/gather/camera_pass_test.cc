@@ -208,6 +208,48 @@ TEST(SlowSurfaceSamples, FindTheLightOfDirectionalLights) {
   }
 }
 
+/// Surface samples find the light of lamps that rough metal reflects, beside a shadow, with the mean of light samples
+/// of camera samples and at most a third of their variance.
+TEST(SurfaceSamples, FindTheLampsThatRoughMetalReflects) {
+  constexpr int kSide = 16, kSamples = 64;
+  SceneDescription d;
+  Material material;
+  material.kind = MaterialKind::conductor;
+  material.reflectance.value = RGB(0.8f);
+  material.roughness_u.value = material.roughness_v.value = 0.05f;
+  d.materials.push_back(material);
+  add_quad(d, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0});
+  add_quad(d, {-1, 3, 4}, {0, 2, 0}, {2, 0, 0}, 0, add_emission(d, RGB(10.0f)));
+  d.cameras.push_back(look_at({0, -3, 3}, {0, 0, 0}, {0, 0, 1}, 40));
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  double sum[2] = {}, squares[2] = {};
+  for (const bool by_surface : {false, true}) {
+    CameraPassSettings settings;
+    settings.width = settings.height = kSide;
+    settings.surface_samples = by_surface;
+    Seen seen;
+    Statistics statistics;
+    camera_pass(tracer, scene.camera(""), CameraTask{0, 0, kSide, kSide, 0, kSamples}, settings, seen.radiance,
+                seen.first_hit, statistics);
+    // The variance of samples of the same pixel.
+    constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
+    for (std::size_t pixel = 0; pixel < kPixels; ++pixel) {
+      double of_pixel = 0;
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        const double light = seen.radiance.direct[pixel + i * kPixels].g;
+        of_pixel += light;
+        squares[by_surface] += light * light;
+      }
+      squares[by_surface] -= of_pixel * of_pixel / kSamples;
+      sum[by_surface] += of_pixel;
+    }
+  }
+  EXPECT_GT(sum[0], kSide * kSide * kSamples * 0.01);
+  EXPECT_NEAR(sum[1], sum[0], 0.02 * sum[0]);
+  EXPECT_LT(squares[1], squares[0] / 3);
+}
+
 INSTANTIATE_TEST_SUITE_P(OfBuiltinScenes, CameraPass, testing::Values("cornell", "atrium", "glass-sphere", "ring"),
                          scene_test_name);
 
