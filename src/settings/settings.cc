@@ -32,6 +32,9 @@ constexpr std::uint32_t kDefaultPathSamples = 256;
 /// light leak. The largest number suits the usual samples; more samples take more photons, up to kMostPhotons, so
 /// that the bias of the map falls with the noise of the rays.
 constexpr double kRaysPerPhoton = 32;
+/// A photon takes about as long as this number of gather rays. Where the least number of photons would take longer than
+/// the rays of a picture, there are fewer, but at least kFewPhotons: more samples help such a picture more.
+constexpr double kRaysInTimeOfPhoton = 2, kFewPhotons = 50'000;
 constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 4'000'000;
 /// Photons of a sample of the path tracer: this number, unless there are so many samples that all together have the
 /// second one, and at least this multiple of k. Their maps cost as much as paths, and few photons blur the light.
@@ -109,9 +112,15 @@ double most_photons(const RenderSettings& s) {
   return photon_share(s) * std::clamp(kMaxPhotons * growth, kMaxPhotons, kMostPhotons);
 }
 
+double gather_rays(const RenderSettings& s) { return pixel_count(s) * samples_of_map(s) * s.gather; }
+
+double least_photons(const RenderSettings& s) {
+  if (s.of_points || s.progressive) return kMinPhotons;
+  return std::clamp(gather_rays(s) / kRaysInTimeOfPhoton, kFewPhotons, kMinPhotons);
+}
+
 void resolve_photons(RenderSettings& s) {
-  const double rays = pixel_count(s) * samples_of_map(s) * s.gather;
-  double photons = std::clamp(photon_share(s) * rays / kRaysPerPhoton, kMinPhotons, most_photons(s));
+  double photons = std::clamp(photon_share(s) * gather_rays(s) / kRaysPerPhoton, least_photons(s), most_photons(s));
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.photon_s);
   s.photons = std::max(two_digits(photons), kLeastPhotons);
@@ -300,7 +309,7 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                                                    : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
        fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}", chosen.photons,
-                   kRaysPerPhoton / photon_share(chosen), kMinPhotons, most_photons(chosen),
+                   kRaysPerPhoton / photon_share(chosen), two_digits(least_photons(chosen)), most_photons(chosen),
                    chosen.time_limit_s > 0    ? ", within a quarter of the time"
                    : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
                                               : ""));
