@@ -274,7 +274,7 @@ TEST_F(CommandLineTest, ALimitOfTimeThatEndsBeforeTheNoiseIsTold) {
   const std::string reached = told("0.9", "100s");
   EXPECT_THAT(reached, Not(HasSubstr("before the error")));
   EXPECT_THAT(reached,
-              HasSubstr("50000 photons: one for 32 gather rays of the picture, at least 50000 and at most 2000000"));
+              HasSubstr("250000 photons: one for 32 gather rays of the picture, at least 250000 and at most 2000000"));
 }
 
 TEST_F(CommandLineTest, ALimitOfTimeLeavesSamplesUnlimited) {
