@@ -140,7 +140,7 @@ std::vector<BakeNotes::TextureFile> write_texture_files(const BakeOptions& o, co
   for (const std::string& name : texture_files(o, atlas)) {
     const std::span<const RGB> own = light.subspan(out.size() * texels, texels);
     out.push_back({std::filesystem::path(name).filename()});
-    files.write_told(name, [&] {
+    files.write_and_report(name, [&] {
       if (o.texture == "rgbm") {
         RgbmLight encoded = encode_rgbm(own);
         out.back().range = encoded.range;
@@ -181,7 +181,7 @@ void write_probes(const BakeOptions& o, const std::vector<RGB>& irradiance, cons
                   OutputFiles& files) {
   files.write_text(o.output, [&] { return probes_json(probes, irradiance, o.command_line); });
   const std::string picture = probes_picture(o);
-  files.write_told(picture, [&] { write_exr(picture, probes_image(probes, irradiance, o.command_line)); });
+  files.write_and_report(picture, [&] { write_exr(picture, probes_image(probes, irradiance, o.command_line)); });
 }
 
 void write_textures(const BakeOptions& o, const Scene& scene, const Tracer& tracer, TexelIrradiance irradiance,
@@ -271,7 +271,7 @@ int bake_part(const BakeOptions& o, const std::shared_ptr<const Scene>& scene,
   tell_choices(o, places, job);
   const std::exception_ptr failure = attend(o, job, files, [&] { return job.checkpoint(); });
   const bool any = job.passes() > 0;
-  if (any) files.write_told(o.output, [&] { write_part(o.output, part_of(job), job.snapshot()); });
+  if (any) files.write_and_report(o.output, [&] { write_part(o.output, part_of(job), job.snapshot()); });
   if (failure) std::rethrow_exception(failure);
   if (!any) warn("the bake ended before every point had light: no file was written");
   files.throw_if_any_failed();

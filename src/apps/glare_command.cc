@@ -171,7 +171,7 @@ void write_sources(const std::string& name, const GlarePicture& picture, const G
   const Output output = output_of(name);
   Image image = glare_image(picture, glare, output.format == OutputFormat::png);
   image.metadata[kRadianceView] = view;
-  files.write_told(name, [&] { write_picture(output, image, {}); });
+  files.write_and_report(name, [&] { write_picture(output, image, {}); });
 }
 
 void tell_glare(std::size_t view, const Glare& glare) {

@@ -92,7 +92,7 @@ void write_outputs(const MergeOptions& o, const Part& all, const Film& film, Out
       }
       how = write_picture(output, *image, o.picture);
     };
-    files.write_told(output.path, write, how);
+    files.write_and_report(output.path, write, how);
   }
   files.throw_if_any_failed();
 }

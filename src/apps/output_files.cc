@@ -72,12 +72,12 @@ bool OutputFiles::write(const std::string& path, const std::function<void()>& wo
   return true;
 }
 
-void OutputFiles::write_told(const std::string& path, const std::function<void()>& work, const std::string& how) {
+void OutputFiles::write_and_report(const std::string& path, const std::function<void()>& work, const std::string& how) {
   if (!path.empty() && write(path, work) && path != kStandardOutput) inform(fmt::format("wrote {}{}", path, how));
 }
 
 void OutputFiles::write_text(const std::string& path, const std::function<std::string()>& text) {
-  write_told(path, [&] { write_file(path, text()); });
+  write_and_report(path, [&] { write_file(path, text()); });
 }
 
 bool OutputFiles::note_failure(const std::string& path, const std::string& message) {

@@ -31,7 +31,7 @@ class OutputFiles {
   bool write(const std::string& path, const std::function<void()>& work);
   /// The same, unless `path` is empty, and prints that the file is written, unless it is standard output.
   /// @param how to add to the message; `work` may set it
-  void write_told(const std::string& path, const std::function<void()>& work, const std::string& how = {});
+  void write_and_report(const std::string& path, const std::function<void()>& work, const std::string& how = {});
   /// The same for a file that holds a text.
   void write_text(const std::string& path, const std::function<std::string()>& text);
 

@@ -69,8 +69,7 @@ constexpr SceneOption kSceneOptions[] = {
      [](SceneChanges& c, const std::string& text) { c.visibility = length_of_text("--haze", text); }},
     {"--volume", "FILE[,scale=S][,albedo=A]",
      "Smoke around the surfaces: the grid 'density' of a .vdb or .nvdb file, in the axes and the unit of the scene "
-     "file. "
-     "S [1] times density is the extinction per unit, of which A [0.5] is scattered",
+     "file. S [1] times density is the extinction per unit, of which A [0.5] is scattered",
      [](SceneChanges& c, const std::string& text) {
        check_volume_text(text);
        c.volume = text;

@@ -16,8 +16,6 @@ namespace glowworm {
 
 namespace {
 
-/// Memory of a photon in addition to its batch: radius, place in the order, factor.
-
 template <typename Factor>
 LargeVector<RGB> flux_times(LargeVector<RGB> flux, const std::vector<Factor>& factors) {
   for (std::size_t i = 0; i < flux.size(); ++i) flux[i] *= factors[i];
