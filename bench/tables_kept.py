@@ -2,7 +2,7 @@
 """Photons that frames of a moving scene keep: bench/results/kept.md.
 
 The room of ../shared/scenes/bitterli-veach-ajar-pbrt, where all light comes through the gap of a door; in turn its door
-turns, and a lamp that is added above the table moves. Frame by frame, photons of paths that leave
+turns, and a lamp that is added above the table moves; then the door turns in haze. Frame by frame, photons of paths that leave
 their lamp as before and meet nothing that moved are kept. The last frame is rendered alone, too, which keeps photons of
 the first frame only: the table says whether both have the same bits.
 
@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "../shared/scenes/bitterli-veach-ajar-pbrt"
 RESULTS = ROOT / "bench/results/kept.md"
 FRAMES = 5
+HAZE = "30m"
 DOOR = 'NamedMaterial "Door"\nShape "plymesh"\n    "string filename" [ "models/Mesh006.ply" ]'
 POT = '\nNamedMaterial "Pot2"\n'
 HINGE = "-2.8 0 -6.15"
@@ -55,9 +56,9 @@ def write_scenes(folder):
     return names
 
 
-def render(program, folder, scene, prefix, frames):
+def render(program, folder, scene, prefix, frames, *options):
     subprocess.run([program, "render", scene, "--frames", frames, "--fps", str(FRAMES - 1), "--shutter", "0", "--size", "160x90",
-                    "--samples", "1", "--precision", "float", "--quiet", "-o", folder / f"{prefix}#.exr", "--stats",
+                    "--samples", "1", "--precision", "float", "--quiet", *options, "-o", folder / f"{prefix}#.exr", "--stats",
                     folder / f"{prefix}#.json"], check=True)
 
 
@@ -71,10 +72,13 @@ def main():
              "| --- | ---: | ---: | ---: | --- |"]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for what, scene in write_scenes(folder).items():
-            prefix = scene.stem + "-"
-            render(program, folder, scene, prefix, f"0-{FRAMES - 1}")
-            render(program, folder, scene, prefix + "own", str(FRAMES - 1))
+        scenes = [(what, scene, ()) for what, scene in write_scenes(folder).items()]
+        what, scene, _ = scenes[0]
+        scenes.append((f"{what}, with --haze {HAZE}", scene, ("--haze", HAZE)))
+        for number, (what, scene, options) in enumerate(scenes):
+            prefix = f"{number}-"
+            render(program, folder, scene, prefix, f"0-{FRAMES - 1}", *options)
+            render(program, folder, scene, prefix + "own", str(FRAMES - 1), *options)
             stats = [json.loads((folder / f"{prefix}{i}.json").read_text()) for i in range(1, FRAMES)]
             stored = sum(s["count"]["photons_stored"] for s in stats)
             kept = sum(s["count"]["photons_kept"] for s in stats)

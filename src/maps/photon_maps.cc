@@ -212,8 +212,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
 
 /// Traces a pass of all photons, but for light paths that are kept from another moment of the scene.
 PhotonPass PhotonMaps::trace_all(const Tracer& tracer, PhotonPassSettings pass, Statistics& statistics) {
-  if (settings_.most_kept_bytes == 0 || pass.shared || tracer.scene().crosses_media())
-    return trace_photons(tracer, pass, statistics);
+  if (settings_.most_kept_bytes == 0 || pass.shared) return trace_photons(tracer, pass, statistics);
   kept_room_.reset();
   const std::uint64_t room = std::min(settings_.most_kept_bytes, budget_->available());
   kept_room_ = std::make_unique<Reservation>(*budget_, kKeptPaths, room);

@@ -28,15 +28,8 @@ std::uint8_t first_bounces(const Scene& scene, std::uint32_t light) {
 std::vector<EmittedPath> emitted_paths(const std::vector<LightPath>& paths, std::size_t count) {
   std::vector<EmittedPath> out(count);
   for (const LightPath& path : paths)
-    out[path.in_chunk] = {path.ray.origin, path.ray.direction, path.throughput, path.light};
+    out[path.in_chunk] = {path.ray.origin, path.ray.direction, path.throughput, path.light, path.medium.index};
   return out;
-}
-
-/// The straight part of a path to its hit.
-KeptChunk::Part part_of(const LightPath& path, const Hit& hit) {
-  const bool escapes = hit.triangle == kNone;
-  return {escapes ? path.ray.direction : path.ray.origin + path.ray.direction * hit.distance,
-          path.in_chunk | (escapes ? KeptChunk::kEscapes : 0)};
 }
 
 }  // namespace
@@ -55,7 +48,7 @@ void ChunkTracer::trace(std::uint64_t first, std::size_t count, PhotonChunk& chu
   if (pass_.kept)
     follow_changed(pass_.kept->chunk(first / kPathsPerChunk), queue, count, chunk);
   else
-    follow(queue, chunk, nullptr);
+    follow(queue, chunk);
 }
 
 /// Starts a path of the chunk, unless it has nothing to carry.
@@ -93,12 +86,11 @@ void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, std::vector<Li
   paths.push_back(path);
 }
 
-/// Follows paths to their ends. @param parts takes the straight parts of the paths; null: not wanted
-void ChunkTracer::follow(PathQueue<LightPath>& queue, PhotonChunk& chunk, std::vector<KeptChunk::Part>* parts) const {
+/// Follows paths to their ends.
+void ChunkTracer::follow(PathQueue<LightPath>& queue, PhotonChunk& chunk) const {
   for (int bounce = 0; !queue.empty(); ++bounce)
     queue.step(tracer_, [&](LightPath& path, Hit& hit) {
       walk_.cross(path, hit, bounce, chunk);
-      if (parts) parts->push_back(part_of(path, hit));
       return scatter(path, hit, bounce, chunk);
     });
 }
@@ -106,12 +98,11 @@ void ChunkTracer::follow(PathQueue<LightPath>& queue, PhotonChunk& chunk, std::v
 /// Follows the paths of a chunk that are not as they were, and takes the photons of the others from before.
 void ChunkTracer::follow_changed(KeptChunk& before, PathQueue<LightPath>& queue, std::size_t count,
                                  PhotonChunk& chunk) const {
-  KeptChunk now;
-  now.emitted = emitted_paths(queue.paths, count);
-  const std::vector<bool> stays = pass_.kept->staying_paths(before, now.emitted);
+  std::vector<EmittedPath> emitted = emitted_paths(queue.paths, count);
+  const std::vector<bool> stays = pass_.kept->staying_paths(before, emitted);
   std::erase_if(queue.paths, [&](const LightPath& path) { return stays[path.in_chunk]; });
-  follow(queue, chunk, &now.parts);
-  pass_.kept->join(before, stays, std::move(now), chunk);
+  follow(queue, chunk);
+  pass_.kept->join(before, stays, std::move(emitted), chunk);
   chunk.balance = {};
 }
 

@@ -3,28 +3,82 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
-#include <tuple>
 #include <utility>
+
+#include "photon/photon_walk.h"
 
 namespace glowworm {
 
-std::uint64_t KeptChunk::bytes() const {
-  return emitted.capacity() * sizeof(EmittedPath) + parts.capacity() * sizeof(Part) +
-         photons.capacity() * sizeof(ChunkPhoton);
+namespace {
+
+using Places = std::vector<PlaceOnPath>;
+
+template <typename Array>
+void append(Array& to, const Array& from) {
+  if constexpr (requires { to.append(from); })
+    to.append(from);
+  else
+    to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Element i of the result is element order[i] of an array or batch.
+template <typename Array>
+Array in_order(Array& from, std::span<const std::uint32_t> order) {
+  if constexpr (requires { from.permuted(order); }) {
+    return from.permuted(order);
+  } else {
+    const auto out = permuted(std::span(from), order);
+    return {out.begin(), out.end()};
+  }
+}
+
+/// Joins what paths left at the moment before that stay with what others left now, in order of places.
+/// @param before, places_before become empty
+template <typename Array>
+void join_left(Array& before, Places& places_before, const std::vector<bool>& stays, Array& now, Places& places) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < places_before.size(); ++i)
+    if (stays[places_before[i].path]) order.push_back(i);
+  for (std::uint32_t i = 0; i < places.size(); ++i)
+    order.push_back(static_cast<std::uint32_t>(places_before.size()) + i);
+  append(before, now);
+  append(places_before, places);
+  now = std::exchange(before, {});
+  places = std::exchange(places_before, {});
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return places[a] < places[b]; });
+  now = in_order(now, order);
+  places = in_order(places, order);
+}
+
+/// The same for an array whose elements tell their places.
+template <typename T, typename PlaceOf>
+void join_left(std::vector<T>& before, const std::vector<bool>& stays, std::vector<T>& now, const PlaceOf& place_of) {
+  Places places_before, places;
+  std::transform(before.begin(), before.end(), std::back_inserter(places_before), place_of);
+  std::transform(now.begin(), now.end(), std::back_inserter(places), place_of);
+  join_left(before, places_before, stays, now, places);
+}
+
+}  // namespace
+
 void KeptPaths::begin(const Tracer& tracer, const PhotonPassSettings& s, Guides guides, std::uint64_t most_bytes) {
-  Pass pass{s.seed, s.pass, s.max_bounces, s.on_all_surfaces, std::move(guides)};
+  const Scene& scene = tracer.scene();
+  Pass pass{s.seed, s.pass, s.max_bounces, s.on_all_surfaces, std::move(guides), {}};
+  if (scene.crosses_media()) {
+    const Box3 box = looked_at_box(scene, s.importance);
+    pass.looked_at = {box.min, box.max};
+  }
   std::optional<std::vector<Box3>> changed;
-  if (pass_ == pass && moment_) changed = moment_->places_changed_in(tracer.scene());
+  if (pass_ == pass && moment_) changed = moment_->places_changed_in(scene);
   if (!changed) clear();
   changed_ = changed ? BoxTree(*changed) : BoxTree();
   pass_ = std::move(pass);
   kept_photons_ = 0;
   ++number_;
   most_bytes_ = most_bytes;
-  keep_moment(tracer.scene());
+  keep_moment(scene);
 }
 
 void KeptPaths::keep_moment(const Scene& scene) {
@@ -61,14 +115,14 @@ bool KeptPaths::take_room(std::uint64_t bytes) {
   return true;
 }
 
-bool KeptPaths::meets_nothing(Vec3 origin, std::span<const KeptChunk::Part> parts) const {
-  for (const KeptChunk::Part& part : parts) {
+bool KeptPaths::meets_nothing(Vec3 origin, std::span<const PathPart> parts) const {
+  for (const PathPart& part : parts) {
     // A lamp may be far from all surfaces: the place of a hit is rounded as its distance from there.
     const float margin = kMarginOfChanges * std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)});
     const bool meets = part.escapes() ? changed_.meets(origin, part.end, std::numeric_limits<float>::infinity(), margin)
                                       : changed_.meets(origin, part.end - origin, 1, margin);
     if (meets) return false;
-    origin = part.end;
+    if (!part.is_aside()) origin = part.end;
   }
   return true;
 }
@@ -76,7 +130,7 @@ bool KeptPaths::meets_nothing(Vec3 origin, std::span<const KeptChunk::Part> part
 std::vector<bool> KeptPaths::staying_paths(const KeptChunk& before, const std::vector<EmittedPath>& emitted) const {
   std::vector<bool> out(emitted.size());
   if (before.moment == 0 || before.moment + 1 != number_) return out;
-  const std::span<const KeptChunk::Part> parts = before.parts;
+  const std::span<const PathPart> parts = before.left.parts;
   for (std::size_t path = 0, first = 0; path < emitted.size(); ++path) {
     std::size_t end = first;
     while (end < parts.size() && parts[end].path() == path) ++end;
@@ -87,25 +141,18 @@ std::vector<bool> KeptPaths::staying_paths(const KeptChunk& before, const std::v
   return out;
 }
 
-void KeptPaths::join(KeptChunk& before, const std::vector<bool>& stays, KeptChunk now, PhotonChunk& photons) {
-  now.moment = number_;
-  std::erase_if(before.parts, [&](const KeptChunk::Part& part) { return !stays[part.path()]; });
-  now.parts.insert(now.parts.end(), before.parts.begin(), before.parts.end());
-  std::stable_sort(now.parts.begin(), now.parts.end(),
-                   [](const KeptChunk::Part& a, const KeptChunk::Part& b) { return a.path() < b.path(); });
-  now.parts.shrink_to_fit();
-  std::vector<ChunkPhoton> old;
-  for (const ChunkPhoton& photon : before.photons)
-    if (stays[photon.path]) old.push_back(photon);
-  kept_photons_ += old.size();
-  now.photons.resize(old.size() + photons.photons.size());
-  std::merge(old.begin(), old.end(), photons.photons.begin(), photons.photons.end(), now.photons.begin(),
-             [](const ChunkPhoton& a, const ChunkPhoton& b) {
-               return std::tie(a.bounce, a.path) < std::tie(b.bounce, b.path);
-             });
-  photons.photons = now.photons;
+void KeptPaths::join(KeptChunk& before, const std::vector<bool>& stays, std::vector<EmittedPath> emitted,
+                     PathPhotons& now) {
   bytes_ -= before.bytes();
-  before = take_room(now.bytes()) ? std::move(now) : KeptChunk();
+  const std::uint64_t traced = now.count();
+  PathPhotons& old = before.left;
+  join_left(old.parts, stays, now.parts, [](const PathPart& p) { return PlaceOnPath{0, p.path()}; });
+  join_left(old.photons, stays, now.photons, [](const ChunkPhoton& p) { return PlaceOnPath{p.bounce, p.path}; });
+  join_left(old.in_media, old.in_media_place, stays, now.in_media, now.in_media_place);
+  join_left(old.beams, old.beam_place, stays, now.beams, now.beam_place);
+  kept_photons_ += now.count() - traced;
+  KeptChunk next{number_, std::move(emitted), now};
+  before = take_room(next.bytes()) ? std::move(next) : KeptChunk();
 }
 
 }  // namespace glowworm

@@ -1,5 +1,6 @@
 // Light paths that are kept for other moments of a moving scene.
 #pragma once
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -20,34 +21,22 @@ namespace glowworm {
 struct EmittedPath {
   Vec3 origin, direction;
   RGB flux;  ///< W
-  std::uint32_t light = 0;
+  std::uint32_t light = 0, medium = 0;
 };
 
 /// The paths of a chunk of a pass, and their photons.
 struct KeptChunk {
-  /// The bit of a part that leaves the scene.
-  static constexpr std::uint32_t kEscapes = 0x80000000u;
-  /// A straight part of a path, from where the part before ends.
-  struct Part {
-    Vec3 end;                   ///< the direction, if it leaves the scene
-    std::uint32_t in_path = 0;  ///< path(), and kEscapes
-
-    std::uint32_t path() const { return in_path & ~kEscapes; }  ///< in the chunk
-    bool escapes() const { return (in_path & kEscapes) != 0; }
-  };
-
   std::uint32_t moment = 0;          ///< number of the pass, from 1; 0: the chunk is not kept
   std::vector<EmittedPath> emitted;  ///< of each path
-  std::vector<Part> parts;           ///< in order of paths, then of bounces
-  std::vector<ChunkPhoton> photons;  ///< in order of bounces, then of paths
+  PathPhotons left;                  ///< parts in order of paths, then of bounces
 
-  std::uint64_t bytes() const;
+  std::uint64_t bytes() const { return emitted.capacity() * sizeof(EmittedPath) + left.bytes(); }
 };
 
 /// A pass of photons, path by path, for the same pass at another moment of the scene: a path stays if it leaves its
 /// light as before and none of its straight parts meets a place that changed. What it leaves then has the bits of a
 /// path that is traced again: random numbers belong to the path, and a hit depends on the ray and the triangle alone
-/// (TieRule::number). Scenes with media keep no paths.
+/// (TieRule::number). Where media are, all paths change if looked_at_box() does.
 class KeptPaths {
  public:
   /// What guides a pass; null: nothing does.
@@ -72,9 +61,9 @@ class KeptPaths {
   std::vector<bool> staying_paths(const KeptChunk& before, const std::vector<EmittedPath>& emitted) const;
   /// Joins paths of a chunk that stay and those that were followed.
   /// @param before the chunk at the moment before; it becomes that of this one, unless there is no room
-  /// @param now has the emitted paths, and the parts of those that were followed, in order of bounces, then of paths
-  /// @param photons of the paths that were followed; then of all
-  void join(KeptChunk& before, const std::vector<bool>& stays, KeptChunk now, PhotonChunk& photons);
+  /// @param emitted now @param now what the paths left that were followed, parts in order of bounces, then of paths;
+  /// then what all left
+  void join(KeptChunk& before, const std::vector<bool>& stays, std::vector<EmittedPath> emitted, PathPhotons& now);
 
   /// Photons of the last pass that were not traced again.
   std::uint64_t kept_photons() const { return kept_photons_; }
@@ -87,6 +76,7 @@ class KeptPaths {
     int max_bounces;
     bool on_all_surfaces;
     Guides guides;
+    std::array<Vec3, 2> looked_at;  ///< corners of looked_at_box() where media are
     bool operator==(const Pass&) const = default;
   };
 
@@ -95,7 +85,7 @@ class KeptPaths {
   /// Whether there is room for so many more bytes, which are then taken.
   bool take_room(std::uint64_t bytes);
   /// Whether the parts of a path meet no place that changed.
-  bool meets_nothing(Vec3 origin, std::span<const KeptChunk::Part> parts) const;
+  bool meets_nothing(Vec3 origin, std::span<const PathPart> parts) const;
 
   std::optional<Pass> pass_;
   std::optional<SceneMoment> moment_;

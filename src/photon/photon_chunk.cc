@@ -15,12 +15,21 @@ inline constexpr bool kPlain<PhotonSegment> = sizeof(PhotonSegment) == 56;
 template <>
 inline constexpr bool kPlain<FluxBalance> = sizeof(FluxBalance) == 144;
 
+std::uint64_t PathPhotons::bytes() const {
+  const auto of = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
+  return of(parts) + of(photons) + of(in_media_place) + of(beam_place) + in_media.size() * bytes_each<VolumePhotons>() +
+         beams.size() * bytes_each<VolumeBeams>();
+}
+
 void PhotonChunk::clear() {
+  parts.clear();
   photons.clear();
   segments.clear();
   segment_path.clear();
   in_media.clear();
+  in_media_place.clear();
   beams.clear();
+  beam_place.clear();
   balance = {};
   emitted_light.clear();
   numbers.clear();

@@ -1,5 +1,7 @@
 // The photons of a chunk of light paths.
 #pragma once
+#include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <vector>
 
@@ -21,13 +23,45 @@ struct ChunkPhoton {
   std::uint8_t used = 0;     ///< whether the image needs the place; only with a PhotonImportance
 };
 
+/// Which path of a chunk left something, and behind how many surfaces.
+struct PlaceOnPath {
+  std::uint32_t bounce = 0;
+  std::uint16_t path = 0;
+  auto operator<=>(const PlaceOnPath&) const = default;
+};
+
+/// A straight part of a path, from where the part before ends.
+struct PathPart {
+  /// Bits of `in_path`: it leaves the scene; the path goes on from where the part starts, but depends on the part.
+  static constexpr std::uint32_t kEscapes = 0x80000000u, kAside = 0x40000000u;
+
+  Vec3 end;                   ///< the direction, if it leaves the scene
+  std::uint32_t in_path = 0;  ///< path(), and bits
+
+  /// In the chunk.
+  std::uint16_t path() const { return static_cast<std::uint16_t>(in_path & ~(kEscapes | kAside)); }
+  bool escapes() const { return (in_path & kEscapes) != 0; }
+  bool is_aside() const { return (in_path & kAside) != 0; }
+};
+
+/// What the paths of a chunk leave, as KeptPaths keep it: photons in order of bounces, then of paths.
+struct PathPhotons {
+  std::vector<PathPart> parts;  ///< only in passes that keep paths
+  std::vector<ChunkPhoton> photons;
+  VolumePhotons in_media;  ///< as in PhotonPass, with flux as emitted
+  std::vector<PlaceOnPath> in_media_place;
+  VolumeBeams beams;
+  std::vector<PlaceOnPath> beam_place;
+
+  std::uint64_t bytes() const;
+  /// Photons of all maps: of points and beams, a medium's map keeps one.
+  std::uint64_t count() const { return photons.size() + std::max(beams.size(), in_media.size()); }
+};
+
 /// Photons of a chunk of paths.
-struct PhotonChunk {
-  std::vector<ChunkPhoton> photons;         ///< in order of bounces, then of paths
+struct PhotonChunk : PathPhotons {
   std::vector<PhotonSegment> segments;      ///< as in PhotonPass::segments, with flux as emitted
   std::vector<std::uint32_t> segment_path;  ///< index of the path in the chunk
-  VolumePhotons in_media;                   ///< as in PhotonPass, with flux as emitted
-  VolumeBeams beams;
   FluxBalance balance;
   std::vector<std::uint32_t> emitted_light;  ///< of each path; kNone if there is no light
   std::vector<EmissionNumbers> numbers;      ///< emission numbers of each path; only in pilot passes

@@ -57,9 +57,7 @@ void join(PhotonPass& pass, const PhotonChunk& chunk, const PhotonPassSettings& 
   pass.segments.insert(pass.segments.end(), chunk.segments.begin(), chunk.segments.end());
   pass.in_media.append(chunk.in_media);
   pass.beams.append(chunk.beams);
-  // Of points and beams, a medium's map keeps one.
-  pass.stored += chunk.photons.size() + std::max(chunk.beams.size(), chunk.in_media.size()) +
-                 (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
+  pass.stored += chunk.count() + (settings.choice == PhotonChoice::all ? 0 : chunk.segments.size());
   count(pass, chunk, settings);
 }
 

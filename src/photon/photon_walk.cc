@@ -13,17 +13,6 @@ namespace glowworm {
 
 namespace {
 
-/// Around surfaces, lamps without size that have a place, and what the picture needs; empty where there are no
-/// surfaces.
-Box3 box_of(const Scene& scene, const PhotonImportance* importance) {
-  Box3 box = scene.bounds();
-  if (box.empty()) return box;
-  if (importance && !importance->box.empty()) box.grow(importance->box);
-  for (const Light& light : scene.lights())
-    if (light.kind != LightKind::directional) box.grow(light.position);
-  return box;
-}
-
 /// PhotonWalk::images_ of a pass.
 std::vector<ImagedLight> images_of_lights(const Scene& scene, const PhotonPassSettings& pass) {
   if (!pass.discs || pass.choice == PhotonChoice::all || !pass.images || pass.images->empty()) return {};
@@ -35,16 +24,30 @@ std::vector<ImagedLight> images_of_lights(const Scene& scene, const PhotonPassSe
 
 }  // namespace
 
+Box3 looked_at_box(const Scene& scene, const PhotonImportance* importance) {
+  Box3 box = scene.bounds();
+  if (box.empty()) return box;
+  if (importance && !importance->box.empty()) box.grow(importance->box);
+  for (const Light& light : scene.lights())
+    if (light.kind != LightKind::directional) box.grow(light.position);
+  return box;
+}
+
 PhotonWalk::PhotonWalk(const Tracer& tracer, const PhotonPassSettings& pass)
     : tracer_(tracer),
       scene_(tracer.scene()),
       pass_(pass),
-      looked_at_(box_of(scene_, pass.importance)),
+      looked_at_(looked_at_box(scene_, pass.importance)),
       images_(images_of_lights(scene_, pass)),
-      crosses_media_(scene_.crosses_media()) {}
+      crosses_media_(scene_.crosses_media()),
+      names_media_(std::any_of(scene_.materials().begin(), scene_.materials().end(),
+                               [](const Material& m) { return m.inside != kUnnamed || m.outside != kUnnamed; })) {}
 
 void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const {
-  if (!crosses_media_) return keep_segment(path, {0, length_to(hit)}, path.throughput, {}, chunk);
+  if (!crosses_media_) {
+    keep_part(path, hit, {}, true, chunk);
+    return keep_segment(path, {0, length_to(hit)}, path.throughput, {}, chunk);
+  }
   Sampler sampler(SamplerKind::sobol, pass_.seed,
                   hash_combine(hash_combine(kMediumStream, pass_.pass), static_cast<std::uint32_t>(bounce)),
                   path.number);
@@ -56,10 +59,28 @@ void PhotonWalk::cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk
       sample = cross_piece(medium, path, length, sampler, chunk);
       return !sample.scatters;
     });
+    keep_part(path, hit, sample, arrives, chunk);
     if (arrives || !scatter(path, sample.distance, before, bounce, sampler, chunk)) break;
     hit = tracer_.intersect(path.ray);
   }
   if (is_black(path.throughput)) hit.triangle = kNone;
+  const PlaceOnPath place{static_cast<std::uint32_t>(bounce), path.in_chunk};
+  chunk.in_media_place.resize(chunk.in_media.size(), place);
+  chunk.beam_place.resize(chunk.beams.size(), place);
+}
+
+/// Keeps a straight part of a path, to its hit, or to where a medium scatters it before. Then, too, the path may depend
+/// on the surface that its ray would meet: that may name the medium.
+void PhotonWalk::keep_part(const LightPath& path, const Hit& hit, const MediumSample& sample, bool arrives,
+                           PhotonChunk& chunk) const {
+  if (!pass_.kept) return;
+  const auto place = [&](float distance) { return path.ray.origin + path.ray.direction * distance; };
+  if (arrives || names_media_) {
+    const bool escapes = hit.triangle == kNone;
+    chunk.parts.push_back({escapes ? path.ray.direction : place(hit.distance),
+                           path.in_chunk | (escapes ? PathPart::kEscapes : 0) | (arrives ? 0 : PathPart::kAside)});
+  }
+  if (!arrives) chunk.parts.push_back({place(sample.distance), path.in_chunk});
 }
 
 /// Whether a path brings the light of an image.

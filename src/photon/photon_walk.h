@@ -10,6 +10,11 @@
 
 namespace glowworm {
 
+/// The box outside of which media that fill all space keep fewer photons: around surfaces, lamps without size that have
+/// a place, and what the picture needs. Empty where there are no surfaces.
+/// @param importance of the pass, or null
+Box3 looked_at_box(const Scene& scene, const PhotonImportance* importance);
+
 /// Takes the light paths of a pass from surface to surface.
 class PhotonWalk {
  public:
@@ -23,6 +28,8 @@ class PhotonWalk {
   void cross(LightPath& path, Hit& hit, int bounce, PhotonChunk& chunk) const;
 
  private:
+  void keep_part(const LightPath& path, const Hit& hit, const MediumSample& sample, bool arrives,
+                 PhotonChunk& chunk) const;
   bool is_from_image(const LightPath& path) const;
   void keep_segment(const LightPath& path, MediumSpan piece, RGB flux, RGB absorption, PhotonChunk& chunk) const;
   void keep_weakened(const Medium& medium, const LightPath& path, float length, RGB weight, PhotonChunk& chunk) const;
@@ -41,6 +48,7 @@ class PhotonWalk {
   /// Of each light source those from which it brings no photons to discs, because rays find them; empty: from all.
   const std::vector<ImagedLight> images_;
   const bool crosses_media_;
+  const bool names_media_;  // surfaces say which medium is around a path that they stop
 };
 
 }  // namespace glowworm
