@@ -26,13 +26,14 @@ constexpr std::uint64_t kMemoryStep = std::uint64_t{64} << 20;
 constexpr std::uint32_t kOpenEndedSamples = 1u << 20;
 /// Camera samples of a path-traced pixel, where the file does not say.
 constexpr std::uint32_t kDefaultPathSamples = 256;
-/// Photons of a render, in proportion to its gather rays: a photon costs as much as a few rays, and photons beyond what
-/// the rays can resolve do not improve the picture. The least number is for a room lit through a door, where the noise
-/// of one map is wider than the filter and covers the whole picture, and for blinds, between which wider radii let
-/// light leak. The largest number suits the usual samples; more samples take more photons, up to kMostPhotons, so
-/// that the bias of the map falls with the noise of the rays.
-constexpr double kRaysPerPhoton = 32;
-constexpr double kMinPhotons = 500'000, kMaxPhotons = 2'000'000, kMostPhotons = 4'000'000;
+/// Photons of a map for each gather ray of a pixel, times the root of the number of pixels. The bias of 8 x 8 pixels
+/// falls with the photons and their noise with the rays of a pixel; for a given time, their sum is least where photons
+/// grow so. The noise of points is not averaged with that of neighbours, so that they need fewer.
+constexpr double kPhotonsOfRays = 16, kPhotonsOfRaysOfPoint = 2;
+/// The least number is for a room lit through a door, where the noise of one map is wider than the filter and covers
+/// the whole picture, and for blinds, between which wider radii let light leak. The largest number fits into the memory
+/// of most machines.
+constexpr double kMinPhotons = 500'000, kMostPhotons = 4'000'000;
 /// A photon takes about as long as this number of gather rays. Where kMinPhotons would take longer than all rays of a
 /// picture, it has fewer, but at least kFewPhotons: with 50,000, light leaks between blinds (5% too bright).
 constexpr double kRaysInTimeOfPhoton = 2, kFewPhotons = 250'000;
@@ -91,7 +92,7 @@ void resolve_gather(RenderSettings& s) {
   s.gather = static_cast<std::uint32_t>(std::max(gather, 1.0));
 }
 
-/// The share that a map gets of the photons that the rays and most_photons() allow.
+/// The share that a map gets of the usual photons.
 /// A pass of a progressive render has half, since passes average the noise of their maps.
 double photon_share(const RenderSettings& s) { return s.progressive ? 0.5 : 1; }
 
@@ -100,19 +101,15 @@ double usual_samples(const RenderSettings& s) {
   return std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather);
 }
 
-/// Samples for which a map has photons. Renders with an open end, whose number is unknown, and passes of progressive
-/// renders have no more than the usual ones.
-double samples_of_map(const RenderSettings& s) {
-  const bool grows = !s.progressive && s.samples != kOpenEndedSamples;
-  return grows ? s.samples : std::min<double>(s.samples, usual_samples(s));
+/// Gather rays for which a map has photons. Renders that end by noise, whose number of samples is unknown, and passes
+/// of progressive renders have no more than those of the usual samples.
+double gather_rays(const RenderSettings& s) {
+  const bool is_open = s.progressive || s.samples == kOpenEndedSamples;
+  if (is_open && !s.progressive && s.time_limit_s > 0) return s.time_limit_s * kReckonedCores / kUsualCost.ray_s;
+  return pixel_count(s) * s.gather * (is_open ? std::min<double>(s.samples, usual_samples(s)) : s.samples);
 }
 
-double most_photons(const RenderSettings& s) {
-  const double growth = samples_of_map(s) / usual_samples(s);
-  return photon_share(s) * std::clamp(kMaxPhotons * growth, kMaxPhotons, kMostPhotons);
-}
-
-double gather_rays(const RenderSettings& s) { return pixel_count(s) * samples_of_map(s) * s.gather; }
+double most_photons(const RenderSettings& s) { return photon_share(s) * kMostPhotons; }
 
 double least_photons(const RenderSettings& s) {
   if (s.of_points || s.progressive) return kMinPhotons;
@@ -120,7 +117,9 @@ double least_photons(const RenderSettings& s) {
 }
 
 void resolve_photons(RenderSettings& s) {
-  double photons = std::clamp(photon_share(s) * gather_rays(s) / kRaysPerPhoton, least_photons(s), most_photons(s));
+  const double of_rays = s.of_points ? kPhotonsOfRaysOfPoint : kPhotonsOfRays;
+  double photons = std::clamp(photon_share(s) * of_rays * gather_rays(s) / std::sqrt(pixel_count(s)), least_photons(s),
+                              most_photons(s));
   if (s.time_limit_s > 0)
     photons = std::min(photons, s.time_limit_s * kFirstImageShare * kReckonedCores / kUsualCost.photon_s);
   s.photons = std::max(two_digits(photons), kLeastPhotons);
@@ -139,7 +138,7 @@ void resolve_photons_of_paths(RenderSettings& s, const Scene& scene) {
   const double samples = s.samples == kOpenEndedSamples ? kDefaultPathSamples : s.samples;
   double least = std::clamp(kAllPhotonsOfPaths / samples, kMinMapOfPaths * kNearest, kPhotonsOfPaths);
   if (s.of_points) least = std::min(least, std::max(kPhotonsOfPoints, kNearest * pixel_count(s)));
-  s.photons = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMaxPhotons));
+  s.photons = static_cast<std::uint64_t>(std::min(std::max(pixel_count(s), least), kMostPhotons));
 }
 
 /// Whether the noise of the first photons decides how many there are. A render with a time limit takes as many as there
@@ -308,8 +307,9 @@ std::vector<std::string> choice_notes(const RenderSettings& asked, const RenderS
                   : chosen.gather > kDefaultGather ? "sensors are few, and a pass of photons costs as much as many rays"
                                                    : "the default, for pictures that are filtered"));
   note(asked.photons == 0,
-       fmt::format("{} photons: one for {} gather rays of the picture, at least {} and at most {}{}", chosen.photons,
-                   kRaysPerPhoton / photon_share(chosen), two_digits(least_photons(chosen)), most_photons(chosen),
+       fmt::format("{} photons: so many that their bias falls with the noise of the gather rays, at least {} and at "
+                   "most {}{}",
+                   chosen.photons, two_digits(least_photons(chosen)), most_photons(chosen),
                    chosen.time_limit_s > 0    ? ", within a quarter of the time"
                    : chosen.photon_target > 0 ? "; more, with a larger k, if their noise is too large for --noise"
                                               : ""));

@@ -79,6 +79,23 @@ TEST(ResolvedSettings, PhotonsGrowWithSamplesThatAreKnown) {
   EXPECT_EQ(resolve(asked, scene).photons, usual);
 }
 
+TEST(ResolvedSettings, PhotonsOfSmallPicturesGrowWithSamplesAndTime) {
+  const Scene scene(builtin_scene("cornell"));
+  RenderSettings asked;
+  asked.width = 128;
+  asked.height = 72;
+  asked.samples = 64;
+  EXPECT_NEAR(static_cast<double>(resolve(asked, scene).photons), 1.2e6, 0.1e6);
+  asked.of_points = true;
+  EXPECT_EQ(resolve(asked, scene).photons, 500'000u) << "the noise of points is their own";
+  asked.of_points = false;
+  asked.samples = 0;
+  asked.time_limit_s = 5;
+  EXPECT_EQ(resolve(asked, scene).photons, 200'000u);
+  asked.time_limit_s = 80;
+  EXPECT_EQ(resolve(asked, scene).photons, 3'200'000u);
+}
+
 TEST(DefaultThreads, FitIntoTheMemory) {
   EXPECT_EQ(default_threads(1'000'000, 16), 1);
   EXPECT_EQ(default_threads(64'000'000, 1), 1);
