@@ -29,12 +29,15 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   estimate.level.resize(film.pixel_count());
   estimate.variance.resize(film.pixel_count());
   estimate.samples.resize(film.pixel_count());
+  if (layer != Layer::medium) estimate.beside.resize(film.pixel_count());
   parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
     estimate.light[i] = film.mean(layer, i) / (layer == Layer::medium ? RGB(1.0f) : shading_albedo(film, i));
     estimate.level[i] = moments.mean;
     estimate.variance[i] = moments.variance;
     estimate.samples[i] = film.sample_count(i);
+    if (layer != Layer::medium)
+      estimate.beside[i] = film.moments(layer == Layer::direct ? Layer::indirect : Layer::direct, i).mean;
   });
   return estimate;
 }

@@ -138,6 +138,7 @@ class LightFilter {
       *green_.at(x, y) = estimate_.light[i].g;
       *blue_.at(x, y) = estimate_.light[i].b;
       *level_.at(x, y) = estimate_.level[i];
+      *shown_.at(x, y) = estimate_.level[i] + (estimate_.beside.empty() ? 0 : estimate_.beside[i]);
       *spread_.at(x, y) = estimate_.variance[i] * static_cast<float>(estimate_.samples[i]);
     }
   }
@@ -252,6 +253,7 @@ class LightFilter {
             slope_.at(x, y),
             {red_.at(x, y), green_.at(x, y), blue_.at(x, y)},
             level_.at(x, y),
+            shown_.at(x, y),
             variance_.at(x, y),
             spread_.at(x, y),
             noise_.at(x, y)};
@@ -301,7 +303,7 @@ class LightFilter {
   Plane normal_x_{width_, height_}, normal_y_{width_, height_}, normal_z_{width_, height_};
   Plane depth_{width_, height_}, slope_{width_, height_};
   Plane red_{width_, height_}, green_{width_, height_}, blue_{width_, height_};
-  Plane level_{width_, height_}, variance_{width_, height_};
+  Plane level_{width_, height_}, shown_{width_, height_}, variance_{width_, height_};
   Plane spread_{width_, height_}, noise_{width_, height_};  // variance of a sample: the pixel's, and what to expect
   Plane stated_{width_, height_};                           // ratio of the variance stated to variance_
   FilteredLight out_;

@@ -26,6 +26,7 @@ struct LightEstimate {
   std::vector<float> level;     ///< its luminance, of which the variance is known
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
   std::vector<std::uint32_t> samples;
+  std::vector<float> beside;  ///< luminance of the other light of each pixel; empty: none
 };
 
 /// Rows [first, end) of a picture.

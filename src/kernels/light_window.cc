@@ -112,9 +112,9 @@ HWY_INLINE void add_to(float* sums, WindowFloats values) {
 HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, std::ptrdiff_t to) {
   using namespace light_window;
   const WindowTag f;
-  const WindowFloats level = hn::LoadU(f, p.level + here), other_level = hn::LoadU(f, p.level + here + to);
-  const WindowFloats square = hn::Min(hn::Mul(level, level), hn::Mul(other_level, other_level));
-  const WindowFloats least = hn::Add(hn::Mul(hn::Set(f, kLeastNoise), square), hn::Set(f, kLeastVariance));
+  const WindowFloats shown = hn::Min(hn::LoadU(f, p.shown + here), hn::LoadU(f, p.shown + here + to));
+  const WindowFloats least =
+      hn::Add(hn::Mul(hn::Set(f, kLeastNoise), hn::Mul(shown, shown)), hn::Set(f, kLeastVariance));
   const WindowFloats a = hn::LoadU(f, p.noise + here), b = hn::LoadU(f, p.noise + here + to);
   const WindowFloats ratio = hn::Div(hn::Add(hn::Min(a, b), least), hn::Add(hn::Max(a, b), least));
   return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));

@@ -23,6 +23,7 @@ struct WindowPlanes {
   const float* slope = nullptr;
   const float* light[3] = {};       ///< W sr^-1 m^-2
   const float* level = nullptr;     ///< luminance of the light
+  const float* shown = nullptr;     ///< luminance of all light of the pixel
   const float* variance = nullptr;  ///< of the level
   const float* spread = nullptr;    ///< variance of one sample's level, for find_noise()
   const float* noise = nullptr;     ///< of find_noise(), for add_window()
@@ -76,8 +77,10 @@ inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 /// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
 /// a surface the ratio is below 1e-3.
 inline constexpr float kSameNoise = 0.1f;
-/// Squared share of the level that is added to noise: less noise than a thousandth of the light tells nothing.
-inline constexpr float kLeastNoise = 1e-6f;
+/// Squared share of all light that is added to noise: less noise of a sample, a tenth of the light, does not tell
+/// pixels apart. Else the end of a penumbra is ragged: beside those that have met light, others have no noise by
+/// chance. What is averaged too far is a few hundredths of the light that is seen.
+inline constexpr float kLeastNoise = 0.01f;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;
 

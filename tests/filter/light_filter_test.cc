@@ -290,6 +290,27 @@ TEST(LightFilter, MakesNoStepAtTheEndOfAPenumbra) {
   }
 }
 
+/// A pixel at the end of a penumbra beside which some have met light is averaged with those, and the next one, where
+/// none has, keeps its dark: the end would be as ragged as chance has it. Other light hides what is averaged too far.
+TEST(LightFilter, EndsPenumbrasSmoothlyBesideOtherLight) {
+  for (const std::uint32_t samples : {4U, 8U, 16U}) {
+    const float rise = 0.16f / static_cast<float>(samples);
+    const auto chance = [&](int x) { return std::min(rise * static_cast<float>(std::max(x - kSide / 2, 0)), 1.0f); };
+    LightEstimate estimate = rare_light(samples, 0, 1, chance);
+    estimate.beside.assign(estimate.light.size(), 0.5f);
+    const FilteredLight filtered = filter_light(estimate, flat_surface());
+    double steps = 0;  // mean square of those along the edge
+    for (int x = kSide / 2; x < kSide / 2 + 8; ++x)
+      for (int y = 1; y < kSide; ++y) {
+        const auto i = static_cast<std::size_t>(y * kSide + x);
+        steps += std::pow(filtered.light[i].g - filtered.light[i - kSide].g, 2) / (8 * (kSide - 1));
+      }
+    EXPECT_LT(std::sqrt(steps), rise) << samples;
+    for (int x = kSide / 2 - 8; x < kSide / 2 + 8; ++x)
+      EXPECT_NEAR(column_mean(filtered, x), chance(x), 1.5 * rise) << x;
+  }
+}
+
 /// The light of a penumbra falls evenly from one side of the picture to the other, and few samples find it: a pixel at
 /// the middle that has met none has no noise either, and must not be told from others by that.
 TEST(LightFilter, LeavesNoSpecksInPenumbrasOfRareLight) {

@@ -43,8 +43,7 @@ inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdif
 }
 
 inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to) {
-  const float least =
-      kLeastNoise * std::min(square(planes.level[here]), square(planes.level[here + to])) + kLeastVariance;
+  const float least = kLeastNoise * square(std::min(planes.shown[here], planes.shown[here + to])) + kLeastVariance;
   const float a = planes.noise[here], b = planes.noise[here + to];
   return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
 }

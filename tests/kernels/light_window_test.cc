@@ -36,6 +36,7 @@ class WindowPixels {
       plane(9)[i] = surface == 2 ? 0 : 0.01f * number(i, 1);
       plane(10)[i] = surface == 2 ? 0 : number(i, 2) + (i % 97 == 0 ? 5 : 0);
       plane(11)[i] = x % 5 == 0 ? 0.01f : number(i, 3);
+      plane(12)[i] = level + number(i, 4);
     }
   }
 
@@ -53,6 +54,7 @@ class WindowPixels {
     out.variance = plane(9) + kFirst;
     out.spread = plane(10) + kFirst;
     out.noise = plane(11) + kFirst;
+    out.shown = plane(12) + kFirst;
     return out;
   }
 
@@ -65,7 +67,7 @@ class WindowPixels {
 
   /// What lies after the last plane counts as nothing at all.
   std::vector<float> values_ =
-      std::vector<float>(12 * kPixels + kWindowPadding, std::numeric_limits<float>::quiet_NaN());
+      std::vector<float>(13 * kPixels + kWindowPadding, std::numeric_limits<float>::quiet_NaN());
 };
 
 TEST(LightWindow, SameBitsAsPlainLoops) {
