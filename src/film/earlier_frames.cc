@@ -16,6 +16,9 @@ namespace {
 /// Most of the expected squares of differences that the same light shows.
 constexpr float kMostOfPatch = 2, kMostOfSum = 4;
 
+/// Whether a pixel shows an edge of a surface. @param normal mean over its samples
+bool shows_edge(Vec3 normal) { return length_squared(normal) < 0.95f; }
+
 /// Pixels of a view.
 class Pixels {
  public:
@@ -35,7 +38,7 @@ class Pixels {
   /// Change of depth to the next pixels, metres: at edges, which have short mean normals, the largest; elsewhere that
   /// on the flatter side.
   float slope(int x, int y) const {
-    const bool edge = length_squared(normal(x, y)) < 0.95f;
+    const bool edge = shows_edge(normal(x, y));
     float slope = 0;
     for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
       float sides[2];
@@ -82,11 +85,24 @@ bool same_light(const LightEstimate& a, const Pixels& of_a, int x, int y, const 
   return squares <= kMostOfPatch * variance && sum * sum <= kMostOfSum * variance;
 }
 
-/// Variances for same_light(). At edges of light, the spread of a pixel's samples is far above the noise of their mean,
-/// because they are stratified: so no variance is more than what pixels on the quieter side have.
+/// The least share of a variance that the spread of so many samples is by chance: two standard deviations below it, by
+/// Wilson and Hilferty's approximation of the chi-squared distribution.
+float least_by_chance(std::uint32_t samples) {
+  const float share = 2 / (9 * static_cast<float>(std::max(samples, 2u) - 1));
+  const float root = std::max(1 - share - 2 * std::sqrt(share), 0.0f);
+  return root * root * root;
+}
+
+/// Variances for same_light(): what pixels on the quieter side have, because at edges of light, the spread of a pixel's
+/// samples is far above the noise of their mean, which are stratified. A pixel beside such an edge has less noise than
+/// it: so its own spread counts where it is smaller than chance makes it. At edges of surfaces, which have few pixels
+/// to learn from, it counts wherever it is smaller.
 std::vector<float> quiet_variance(const LightEstimate& estimate, const FilterGuides& guides) {
   std::vector<float> out = expected_variance(estimate, guides);
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = std::min(out[i], estimate.variance[i]);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const float own = estimate.variance[i];
+    if (own < out[i] * (shows_edge(guides.normal[i]) ? 1 : least_by_chance(estimate.samples[i]))) out[i] = own;
+  }
   return out;
 }
 

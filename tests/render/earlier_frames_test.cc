@@ -67,6 +67,26 @@ TEST(EarlierFrames, ReduceNoiseLikeFurtherSamples) {
               1e-5);
 }
 
+/// Makes the variances of a layer as uncertain as those of four samples: chi-squared of three degrees of freedom.
+void blur_variance(LightEstimate& estimate, std::uint32_t seed) {
+  Sampler random(SamplerKind::independent, seed, 0, 0);
+  for (float& variance : estimate.variance) {
+    const float first = random.next1(), angle = std::cos(2 * kPi * random.next1());
+    variance *= (-2 * std::log(1 - first) - 2 * std::log(1 - random.next1()) * angle * angle) / 3;
+  }
+}
+
+TEST(EarlierFrames, AreUsedWhereFewSamplesTellTheirNoise) {
+  FrameLight own = frame_of_wall(0, 0, even);
+  blur_variance(own.direct, 1);
+  const double before = error_of(own.direct, 2);
+  add_earlier_samples(frames_before(own, 7, even), own.guides, &FrameLight::direct, own.direct);
+  double samples = 0;
+  for (const std::uint32_t n : own.direct.samples) samples += n;
+  EXPECT_GT(samples / (kFrameSide * kFrameSide), 24) << "of 32";
+  EXPECT_LT(error_of(own.direct, 2), 0.5 * before);
+}
+
 TEST(EarlierFrames, AreNotUsedInOtherLight) {
   FrameLight own = frame_of_wall(0, 0, even);
   add_earlier_samples(frames_before(own, 7, [](Vec3) { return 2.4f; }), own.guides, &FrameLight::direct, own.direct);
