@@ -73,14 +73,14 @@ inline constexpr float kLeastDepth = 1e-18f;
 inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
-/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
+/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight falls with the cube.
 /// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
 /// a surface the ratio is below 1e-3.
 inline constexpr float kSameNoise = 0.1f;
 /// Squared share of all light that is added to noise: less noise of a sample, a tenth of the light, does not tell
 /// pixels apart. Else the end of a penumbra is ragged: beside those that have met light, others have no noise by
 /// chance. What is averaged too far is a few hundredths of the light that is seen.
-inline constexpr float kLeastNoise = 0.01f;
+inline constexpr float kLeastNoise = 0.005f;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;
 

@@ -245,6 +245,23 @@ TEST(LightFilter, KeepsTheLightOfALineOutOfItsSurroundings) {
   }
 }
 
+/// Other light does not hide the light of the line where that would make a halo.
+TEST(LightFilter, MakesNoHaloBesideOtherLight) {
+  constexpr float kOther = LitLine::kBright / 10;
+  for (const std::uint32_t samples : {4U, 8U, 16U}) {
+    LightEstimate estimate = LitLine{samples}.estimate();
+    estimate.beside.assign(estimate.light.size(), kOther);
+    const FilteredLight filtered = filter_light(estimate, flat_surface());
+    double halo = 0, count = 0;
+    for (std::size_t i = 1; i + 1 < filtered.light.size(); ++i)
+      if (!LitLine::meets(i) && (LitLine::meets(i - 1) || LitLine::meets(i + 1))) {
+        halo += filtered.light[i].g - LitLine::kDark;
+        ++count;
+      }
+    EXPECT_LT(halo / count, 0.02f * kOther) << samples;
+  }
+}
+
 /// Pixels that differ from the mean of those around them, by more than a share of the light of one sample that meets
 /// something bright.
 int count_specks(const std::vector<RGB>& light, float of_sample) {
