@@ -11,7 +11,7 @@
 namespace glowworm {
 
 std::uint32_t default_light_samples(std::uint32_t gather_rays) {
-  return std::clamp<std::uint32_t>(gather_rays / 3, 2, 16);
+  return std::clamp<std::uint32_t>(2 * gather_rays / 3, 2, 32);
 }
 
 void add_direct_light(const Tracer& tracer, const GatherPoints& points, const DirectLightSettings& settings,
