@@ -105,7 +105,8 @@ double usual_samples(const RenderSettings& s) {
 /// of progressive renders have no more than those of the usual samples.
 double gather_rays(const RenderSettings& s) {
   const bool is_open = s.progressive || s.samples == kOpenEndedSamples;
-  if (is_open && !s.progressive && s.time_limit_s > 0) return s.time_limit_s * kReckonedCores / kUsualCost.ray_s;
+  if (is_open && !s.progressive && s.time_limit_s > 0 && !(s.noise_target > 0))
+    return s.time_limit_s * kReckonedCores / kUsualCost.ray_s;
   return pixel_count(s) * s.gather * (is_open ? std::min<double>(s.samples, usual_samples(s)) : s.samples);
 }
 

@@ -273,8 +273,10 @@ TEST_F(CommandLineTest, ALimitOfTimeThatEndsBeforeTheNoiseIsTold) {
   EXPECT_THAT(told("0.000001", "0.5s"), HasSubstr("before the error of --noise was reached"));
   const std::string reached = told("0.9", "100s");
   EXPECT_THAT(reached, Not(HasSubstr("before the error")));
-  EXPECT_THAT(reached,
-              HasSubstr("250000 photons: one for 32 gather rays of the picture, at least 250000 and at most 2000000"));
+  EXPECT_THAT(
+      reached,
+      HasSubstr("250000 photons: so many that their bias falls with the noise of the gather rays, at least 250000 "
+                "and at most 4000000"));
 }
 
 TEST_F(CommandLineTest, ALimitOfTimeLeavesSamplesUnlimited) {
