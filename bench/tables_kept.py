@@ -2,9 +2,9 @@
 """Photons that frames of a moving scene keep: bench/results/kept.md.
 
 The room of ../shared/scenes/bitterli-veach-ajar-pbrt, where all light comes through the gap of a door; in turn its door
-turns, and a lamp that is added above the table moves; then the door turns in haze. Frame by frame, photons of paths that leave
-their lamp as before and meet nothing that moved are kept. The last frame is rendered alone, too, which keeps photons of
-the first frame only: the table says whether both have the same bits.
+turns, a lamp that is added above the table moves, and the door turns in haze. Frame by frame, photons of paths that
+leave their lamp as before and meet nothing that moved are kept. The last frame is rendered alone, too, which keeps
+photons of the first frame only: the table says whether both have the same bits.
 
 usage: tables_kept.py [--program FILE]
 """

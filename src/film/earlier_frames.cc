@@ -16,9 +16,6 @@ namespace {
 /// Most of the expected squares of differences that the same light shows.
 constexpr float kMostOfPatch = 2, kMostOfSum = 4;
 
-/// Whether a pixel shows an edge of a surface. @param normal mean over its samples
-bool shows_edge(Vec3 normal) { return length_squared(normal) < 0.95f; }
-
 /// Pixels of a view.
 class Pixels {
  public:
@@ -93,10 +90,10 @@ float least_by_chance(std::uint32_t samples) {
   return root * root * root;
 }
 
-/// Variances for same_light(): what pixels on the quieter side have, because at edges of light, the spread of a pixel's
-/// samples is far above the noise of their mean, which are stratified. A pixel beside such an edge has less noise than
-/// it: so its own spread counts where it is smaller than chance makes it. At edges of surfaces, which have few pixels
-/// to learn from, it counts wherever it is smaller.
+/// Variances for same_light(), from the pixels on the quieter side. At edges of light a pixel's own variance is far too
+/// large, because its samples are stratified. Beside such an edge the pixels around give too much, so a pixel's own
+/// variance counts where it is smaller than chance explains. At edges of surfaces few pixels are alike, and its own
+/// variance counts wherever it is smaller.
 std::vector<float> quiet_variance(const LightEstimate& estimate, const FilterGuides& guides) {
   std::vector<float> out = expected_variance(estimate, guides);
   for (std::size_t i = 0; i < out.size(); ++i) {

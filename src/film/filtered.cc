@@ -52,7 +52,7 @@ FilterGuides guides_of(const Film& film, Layer layer) {
     guides.depth[i] = film.depth(i);
     // A pixel that sees two surfaces has nearly all its noise in indirect light. Its direct light depends on the share
     // of each surface, and beside a light its albedo is a mix of both.
-    if (length_squared(guides.normal[i]) < 0.95f && (layer == Layer::direct || !is_black(film.mean(Layer::emitted, i))))
+    if (shows_edge(guides.normal[i]) && (layer == Layer::direct || !is_black(film.mean(Layer::emitted, i))))
       guides.normal[i].x = std::numeric_limits<float>::quiet_NaN();
   });
   return guides;

@@ -26,8 +26,12 @@ struct LightEstimate {
   std::vector<float> level;     ///< its luminance, of which the variance is known
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
   std::vector<std::uint32_t> samples;
-  std::vector<float> beside;  ///< luminance of the other light of each pixel; empty: none
+  /// Luminance of the other light of each pixel, W sr^-1 m^-2, beside which little noise is not seen; empty: none.
+  std::vector<float> beside;
 };
+
+/// Whether a pixel with this mean normal of its samples shows an edge of a surface.
+inline bool shows_edge(Vec3 normal) { return length_squared(normal) < 0.95f; }
 
 /// Rows [first, end) of a picture.
 struct FilteredRows {

@@ -77,9 +77,9 @@ inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 /// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
 /// a surface the ratio is below 1e-3.
 inline constexpr float kSameNoise = 0.1f;
-/// Squared share of all light that is added to noise: less noise of a sample, a tenth of the light, does not tell
-/// pixels apart. Else the end of a penumbra is ragged: beside those that have met light, others have no noise by
-/// chance. What is averaged too far is a few hundredths of the light that is seen.
+/// Share of the squared luminance of all light that is added to the noise of a sample. So noise below 7% of the light
+/// does not separate pixels. Without it the end of a penumbra is ragged, because some pixels there meet no light by
+/// chance and then have no noise. The blur that it allows changes a pixel by a few percent at most.
 inline constexpr float kLeastNoise = 0.005f;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;

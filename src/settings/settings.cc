@@ -101,13 +101,14 @@ double usual_samples(const RenderSettings& s) {
   return std::max(kDefaultSamples, kDefaultSamples * kDefaultGather / s.gather);
 }
 
-/// Gather rays for which a map has photons. Renders that end by noise, whose number of samples is unknown, and passes
-/// of progressive renders have no more than those of the usual samples.
+/// Gather rays for which a map has photons: those of the samples, or of the time where that alone ends the render.
+/// Passes of progressive renders, and renders that end by noise, have no more than those of the usual samples.
 double gather_rays(const RenderSettings& s) {
-  const bool is_open = s.progressive || s.samples == kOpenEndedSamples;
-  if (is_open && !s.progressive && s.time_limit_s > 0 && !(s.noise_target > 0))
-    return s.time_limit_s * kReckonedCores / kUsualCost.ray_s;
-  return pixel_count(s) * s.gather * (is_open ? std::min<double>(s.samples, usual_samples(s)) : s.samples);
+  const bool is_open = s.samples == kOpenEndedSamples;
+  const bool ends_by_time = is_open && s.time_limit_s > 0 && !(s.noise_target > 0);
+  if (ends_by_time && !s.progressive) return s.time_limit_s * kReckonedCores / kUsualCost.ray_s;
+  const bool grows = !s.progressive && !is_open;
+  return pixel_count(s) * s.gather * (grows ? s.samples : std::min<double>(s.samples, usual_samples(s)));
 }
 
 double most_photons(const RenderSettings& s) { return photon_share(s) * kMostPhotons; }

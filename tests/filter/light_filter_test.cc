@@ -307,8 +307,8 @@ TEST(LightFilter, MakesNoStepAtTheEndOfAPenumbra) {
   }
 }
 
-/// A pixel at the end of a penumbra beside which some have met light is averaged with those, and the next one, where
-/// none has, keeps its dark: the end would be as ragged as chance has it. Other light hides what is averaged too far.
+/// At the end of a penumbra some pixels meet light by chance, and others do not. If the filter separates them, the end
+/// is ragged. Other light hides the blur of averaging both.
 TEST(LightFilter, EndsPenumbrasSmoothlyBesideOtherLight) {
   for (const std::uint32_t samples : {4U, 8U, 16U}) {
     const float rise = 0.16f / static_cast<float>(samples);
