@@ -117,7 +117,8 @@ HWY_INLINE WindowFloats same_noise(const WindowPlanes& p, std::ptrdiff_t here, s
       hn::Add(hn::Mul(hn::Set(f, kLeastNoise), hn::Mul(shown, shown)), hn::Set(f, kLeastVariance));
   const WindowFloats a = hn::LoadU(f, p.noise + here), b = hn::LoadU(f, p.noise + here + to);
   const WindowFloats ratio = hn::Div(hn::Add(hn::Min(a, b), least), hn::Add(hn::Max(a, b), least));
-  return hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
+  const WindowFloats share = hn::Min(hn::Div(ratio, hn::Set(f, kSameNoise)), hn::Set(f, 1.0f));
+  return hn::Mul(share, hn::Mul(share, share));
 }
 
 /// What all pairs of a step have in common.

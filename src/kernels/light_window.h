@@ -73,14 +73,14 @@ inline constexpr float kLeastDepth = 1e-18f;
 inline constexpr float kMinVariance = 1e-10f, kLeastVariance = 1e-30f;
 /// Deviations above the expected difference up to which a neighbour counts in full, and beyond which it does not.
 inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
-/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight is proportional to it.
+/// Ratio of the noise of two pixels above which a neighbour counts in full; below, its weight falls with the cube.
 /// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
 /// a surface the ratio is below 1e-3.
 inline constexpr float kSameNoise = 0.1f;
-/// Share of the squared luminance of all light that is added to the noise of a sample. So noise below 4% of the light
+/// Share of the squared luminance of all light that is added to the noise of a sample. So noise below 7% of the light
 /// does not separate pixels. Without it the end of a penumbra is ragged, because some pixels there meet no light by
 /// chance and then have no noise. The blur that it allows changes a pixel by a few percent at most.
-inline constexpr float kLeastNoise = 0.002f;
+inline constexpr float kLeastNoise = 0.005f;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;
 

@@ -45,7 +45,8 @@ inline Pair compare(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdif
 inline float same_noise(const WindowPlanes& planes, std::ptrdiff_t here, std::ptrdiff_t to) {
   const float least = kLeastNoise * square(std::min(planes.shown[here], planes.shown[here + to])) + kLeastVariance;
   const float a = planes.noise[here], b = planes.noise[here + to];
-  return std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
+  const float share = std::min((std::min(a, b) + least) / (std::max(a, b) + least) / kSameNoise, 1.0f);
+  return share * (share * share);
 }
 
 inline void add_pixel(const WindowPlanes& planes, std::ptrdiff_t here, float step_x, float step_y, WindowSums& sums,
