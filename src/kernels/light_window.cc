@@ -219,9 +219,8 @@ void noise_of_row(const WindowPlanes& p, int width, float* noise) {
   const WindowTag f;
   float spread[kOctants * kWindowPadding], count[kOctants * kWindowPadding];  // without the pixel itself
   for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
-    const WindowFloats own = hn::LoadU(f, p.spread + x), one = hn::Set(f, 1.0f);
-    const WindowFloats enough = hn::Set(f, kOctantPixels + 1.0f);
-    WindowFloats sum = own, number = one;
+    const WindowFloats one = hn::Set(f, 1.0f), enough = hn::Set(f, kOctantPixels + 1.0f);
+    WindowFloats sum = hn::Zero(f), number = one;
     for (std::size_t i = 0; i < kOctants; ++i) {
       const OctantSums octant = sum_octant(p, x, static_cast<int>(i));
       sum = hn::Add(sum, octant.spread);
@@ -229,8 +228,9 @@ void noise_of_row(const WindowPlanes& p, int width, float* noise) {
       hn::StoreU(octant.spread, f, spread + i * kWindowPadding);
       hn::StoreU(octant.count, f, count + i * kWindowPadding);
     }
+    const WindowFloats own = hn::Min(hn::LoadU(f, p.spread + x), hn::Mul(sum, hn::Set(f, kOwnShare)));
     // Where a side has little of the surface, the mean of all stands for the rest.
-    const WindowFloats mean = hn::Div(sum, number);
+    const WindowFloats mean = hn::Div(hn::Add(sum, own), number);
     WindowFloats least = hn::Set(f, std::numeric_limits<float>::infinity());
     for (std::size_t i = 0; i < kOctants; ++i) {
       WindowFloats of_side = own, there = one;

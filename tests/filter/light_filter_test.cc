@@ -328,6 +328,19 @@ TEST(LightFilter, EndsPenumbrasSmoothlyBesideOtherLight) {
   }
 }
 
+/// Where rare light ends, few pixels have met it. Their own noise must not keep their light from being spread.
+TEST(LightFilter, LeavesFewSpecksAtTheEndOfRareLight) {
+  for (const std::uint32_t samples : {4U, 8U, 16U}) {
+    const float of_sample = 1 / static_cast<float>(samples), speck = 0.4f * of_sample;
+    const auto chance = [&](int x) { return x < kSide / 2 ? 0 : 0.01f * of_sample; };
+    LightEstimate estimate = rare_light(samples, 0, 1, chance);
+    estimate.beside.assign(estimate.light.size(), 0.5f * of_sample);
+    EXPECT_LT(count_specks(filter_light(estimate, flat_surface()).light, speck),
+              count_specks(estimate.light, speck) / 2)
+        << samples;
+  }
+}
+
 /// The light of a penumbra falls evenly from one side of the picture to the other, and few samples find it: a pixel at
 /// the middle that has met none has no noise either, and must not be told from others by that.
 TEST(LightFilter, LeavesNoSpecksInPenumbrasOfRareLight) {

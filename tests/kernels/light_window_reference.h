@@ -105,7 +105,7 @@ inline void add_window_reference(const WindowPlanes& planes, int height, WindowS
 inline void find_noise_reference(const WindowPlanes& planes, int width, float* noise) {
   using namespace light_window;
   for (int x = 0; x < width; ++x) {
-    float spread[kOctants] = {}, counts[kOctants] = {}, sum = planes.spread[x], count = 1;
+    float spread[kOctants] = {}, counts[kOctants] = {}, sum = 0, count = 1;
     for (int i = 0; i < kOctants; ++i) {
       for (int k = 0; k < kOctantPixels; ++k) {
         const OctantStep step = octant_step(i, k);
@@ -119,12 +119,13 @@ inline void find_noise_reference(const WindowPlanes& planes, int width, float* n
       sum += spread[i];
       count += counts[i];
     }
+    const float own = std::min(planes.spread[x], sum * kOwnShare), mean = (sum + own) / count;
     noise[x] = std::numeric_limits<float>::infinity();
     for (int i = 0; i < kOctants; ++i) {
       const int next = (i + 1) % kOctants;
       const float there = 1 + counts[i] + counts[next], counted = std::max(there, kOctantPixels + 1.0f);
-      const float of_side = planes.spread[x] + spread[i] + spread[next];
-      noise[x] = std::min(noise[x], (of_side + (counted - there) * (sum / count)) / counted);
+      const float of_side = own + spread[i] + spread[next];
+      noise[x] = std::min(noise[x], (of_side + (counted - there) * mean) / counted);
     }
   }
 }
