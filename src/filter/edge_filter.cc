@@ -93,6 +93,18 @@ class EdgeFit {
   std::array<Features, 3> right_ = {};
 };
 
+/// Weight of a pixel with features around those of another.
+double alike(const Features& features) {
+  double distance = 0;
+  for (std::size_t k = 1; k < kFeatures - 2; ++k) distance += features[k] * features[k];
+  return 1 / (1 + distance / kAlike);
+}
+
+/// How far a prediction counts that lies some squared deviations from the pixel's own mean.
+double trust(double deviations) { return std::clamp((kRefuted - deviations) / (kRefuted - kTrusted), 0.0, 1.0); }
+
+RGB above_zero(RGB c) { return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)}; }
+
 /// The pixels of a window.
 struct EdgeWindow {
   struct Neighbour {
@@ -105,6 +117,8 @@ struct EdgeWindow {
   std::size_t count = 0;                                                        ///< of them
   double weights = 0;                                                           ///< sum over them, without levels
   double level = 0;                                                             ///< their luminance
+  double noisy = 1;            ///< sum of the weights of the noisy pixels, with 1 for the central one
+  double noise = 0;            ///< weighted variances of the other noisy pixels
   double sample_variance = 0;  ///< of a sample without filter, from the variances of all but the central pixel
 };
 
@@ -120,9 +134,10 @@ class EdgeFilter {
   bool is_noisy(std::size_t i) const { return variance_[i] > kNoiseLeft * picture_.variance[i]; }
 
   /// Sets the pixel's new radiance and variance.
-  void filter(std::size_t pixel, RGB& radiance, float& variance) const {
+  /// @return light of a rare sample for each of the noisy pixels of the window, at weight 1
+  RGB filter(std::size_t pixel, RGB& radiance, float& variance) const {
     const EdgeWindow window = window_of(pixel);
-    if (window.count < kLeastPixels) return;
+    if (window.count < kLeastPixels) return {};
     EdgeFit fit;
     for (std::size_t k = 0; k < window.count; ++k) {
       const EdgeWindow::Neighbour& n = window.filtered[k];
@@ -146,14 +161,29 @@ class EdgeFilter {
     const double own_variance =
         window.sample_variance / picture_.samples[pixel] * std::min(variance / picture_.variance[pixel], 1.0f);
     const double step = edge_luminance(predicted) - luminance(radiance);
-    const double deviations = step * step / (own_variance + fit_variance);
-    const double trust = std::clamp((kRefuted - deviations) / (kRefuted - kTrusted), 0.0, 1.0);
-    const double share = own_variance / (own_variance + fit_variance) * trust;
-    const auto mixed = [&](float own, double fitted) {
-      return static_cast<float>(std::max(own + share * (fitted - own), 0.0));
-    };
-    radiance = {mixed(radiance.r, predicted[0]), mixed(radiance.g, predicted[1]), mixed(radiance.b, predicted[2])};
-    variance = static_cast<float>((1 - share) * (1 - share) * own_variance + share * share * fit_variance);
+    const double share = own_variance / (own_variance + fit_variance);
+    const double part = share * trust(step * step / (own_variance + fit_variance));
+    // A pixel with more noise than all others at edges has met a rare bright sample. It is within what the pixel's own
+    // variance allows, and its light belongs to all of them.
+    const double allowed = variance > window.noise ? std::max<double>(own_variance, variance) : own_variance;
+    const double rare = share * trust(step * step / (allowed + fit_variance)) - part;
+    const RGB fitted{static_cast<float>(predicted[0]), static_cast<float>(predicted[1]),
+                     static_cast<float>(predicted[2])};
+    const RGB spread = (fitted - radiance) * static_cast<float>(rare);
+    radiance = above_zero(radiance + (fitted - radiance) * static_cast<float>(part) + spread);
+    variance = static_cast<float>((1 - part) * (1 - part) * own_variance + part * part * fit_variance);
+    return spread * static_cast<float>(-1 / window.noisy);
+  }
+
+  /// Light of rare samples that the noisy pixels of a window spread to the central one.
+  /// @param spread of each pixel, by filter()
+  RGB spread_to(std::size_t pixel, const std::vector<RGB>& spread) const {
+    RGB sum;
+    for_window(pixel, [&](std::size_t i) {
+      if (is_black(spread[i])) return;
+      sum += spread[i] * static_cast<float>(alike(features_of(pixel, i, per_metre(i))));
+    });
+    return sum;
   }
 
  private:
@@ -166,24 +196,31 @@ class EdgeFilter {
         work(static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u));
   }
 
-  EdgeWindow window_of(std::size_t pixel) const {
+  /// Metres of depth that the window of a pixel spans, inverse.
+  double per_metre(std::size_t pixel) const {
     double low = picture_.depth[pixel], high = low;
     for_window(pixel, [&](std::size_t i) {
       low = std::min<double>(low, picture_.depth[i]);
       high = std::max<double>(high, picture_.depth[i]);
     });
-    const double per_metre = 1 / std::max(high - low, 1e-3 * high);
+    return 1 / std::max(high - low, 1e-3 * high);
+  }
+
+  EdgeWindow window_of(std::size_t pixel) const {
+    const double per_metre = this->per_metre(pixel);
     EdgeWindow out;
     double log_variance = 0, all_weights = 0, log_level = 0;
     for_window(pixel, [&](std::size_t i) {
       if (i == pixel) return;
       const Features features = features_of(i, pixel, per_metre);
-      double distance = 0;
-      for (std::size_t k = 1; k < kFeatures - 2; ++k) distance += features[k] * features[k];
-      const double weight = 1 / (1 + distance / kAlike);
+      const double weight = alike(features);
       log_variance += weight * std::log(picture_.variance[i] * picture_.samples[i] + 1e-30);
       all_weights += weight;
-      if (is_noisy(i)) return;
+      if (is_noisy(i)) {
+        out.noisy += weight;
+        out.noise += weight * variance_[i];
+        return;
+      }
       // Errors are relative: light of windows would else outweigh the walls around them.
       const double level = luminance(radiance_[i]) + least_;
       out.filtered[out.count++] = {features, i, weight / (level * level)};
@@ -231,11 +268,14 @@ void filter_edges(const EdgePicture& picture, std::vector<RGB>& radiance, std::v
   const std::vector<RGB> filtered = radiance;
   const std::vector<float> filtered_variance = variance;
   const EdgeFilter filter(picture, filtered, filtered_variance);
-  constexpr std::size_t kPixelsOfEdgePiece = 2048;
-  parallel_for(0, radiance.size(), kPixelsOfEdgePiece, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      if (filter.is_noisy(i)) filter.filter(i, radiance[i], variance[i]);
-  });
+  std::vector<RGB> spread(radiance.size());
+  const auto for_noisy = [&](auto&& work) {
+    parallel_for_each(radiance.size(), 2048, [&](std::size_t i) {
+      if (filter.is_noisy(i)) work(i);
+    });
+  };
+  for_noisy([&](std::size_t i) { spread[i] = filter.filter(i, radiance[i], variance[i]); });
+  for_noisy([&](std::size_t i) { radiance[i] = above_zero(radiance[i] + filter.spread_to(i, spread)); });
 }
 
 }  // namespace glowworm

@@ -102,6 +102,25 @@ TEST(EdgeFilter, ConvergesToTheSamples) {
   }
 }
 
+/// A sample that meets rare light is far beyond the noise of the pixels around.
+TEST(EdgeFilter, SpreadsTheLightOfARareSampleAlongTheEdge) {
+  SlantedEdge edge(0.1f, 0), other = edge;
+  constexpr std::size_t kSpeck = (kEdgeSide / 2 + 1) * kEdgeSide + kEdgeSide / 2;
+  ASSERT_TRUE(at_edge(kSpeck));
+  edge.radiance[kSpeck] += RGB(1);
+  edge.variance[kSpeck] = edge.picture.variance[kSpeck] = 1;
+  edge.filter();
+  other.filter();
+  double sum = 0, largest = 0;
+  for (std::size_t i = 0; i < edge.radiance.size(); ++i) {
+    const double added = edge.radiance[i].g - other.radiance[i].g;
+    sum += added;
+    largest = std::max(largest, added);
+  }
+  EXPECT_NEAR(sum, 1, 0.1);
+  EXPECT_LT(largest, 0.5);
+}
+
 TEST(EdgeFilter, LeavesPicturesOfOneSample) {
   SlantedEdge edge(0.1f, 0);
   edge.picture.samples[7] = 1;
