@@ -26,7 +26,7 @@ packages:
 	@scripts/install-packages
 
 build: packages
-	cmake --preset release
+	cmake --preset release $(CMAKE_OPTIONS)
 	cmake --build --preset release
 
 demo: packages

@@ -14,7 +14,9 @@ function(glowworm_archive name)
     string(APPEND script "ADDLIB $<TARGET_FILE:${room}>\n")
   endforeach()
   file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/lib/${name}.mri CONTENT "${script}SAVE\nEND\n")
+  # Without what scripts/check-odr compares, or every link of the archive would optimise all of it anew.
   add_custom_command(OUTPUT ${archive} COMMAND ${CMAKE_AR} -M < ${CMAKE_BINARY_DIR}/lib/${name}.mri
+    COMMAND ${CMAKE_OBJCOPY} -R .gnu.lto_* -R .gnu.debuglto_* -N __gnu_lto_v1 ${archive}
     DEPENDS ${rooms} ${CMAKE_BINARY_DIR}/lib/${name}.mri VERBATIM)
   add_custom_target(archive_${name} ALL DEPENDS ${archive})
   install(FILES ${archive} DESTINATION ${CMAKE_INSTALL_LIBDIR})
