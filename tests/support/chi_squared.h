@@ -102,7 +102,7 @@ ChiSquaredResult chi_squared_sphere(const SampleDirection& sample_direction, con
     for (int j = 0; j < angle_bins; ++j) {
       const double z0 = 2.0 * i / cosine_bins - 1, z1 = 2.0 * (i + 1) / cosine_bins - 1;
       const double phi0 = 2 * pi * j / angle_bins - pi, phi1 = 2 * pi * (j + 1) / angle_bins - pi;
-      const double share = integrate_rectangle(in_cylinder, z0, z1, phi0, phi1, 3e-7, 0, 12,
+      const double share = integrate_rectangle(in_cylinder, z0, z1, phi0, phi1, 1e-6, 0, 12,
                                                gauss_rectangle(in_cylinder, z0, z1, phi0, phi1));
       expected[i * angle_bins + j] = share * samples;
       result.integral += share;
