@@ -193,14 +193,14 @@ void add(const WindowPlanes& planes, int height, WindowSums& sums) {
     }
 }
 
-/// The pixels of an octant that show the same surface: sum of their spread, and their number.
+/// The pixels of an octant that show the same surface: sums of their spread and luminance, and their number.
 struct OctantSums {
-  WindowFloats spread, count;
+  WindowFloats spread, shown, count;
 };
 HWY_INLINE OctantSums sum_octant(const WindowPlanes& p, std::ptrdiff_t here, int octant) {
   using namespace light_window;
   const WindowTag f;
-  OctantSums out{hn::Zero(f), hn::Zero(f)};
+  OctantSums out{hn::Zero(f), hn::Zero(f), hn::Zero(f)};
   for (int i = 0; i < kOctantPixels; ++i) {
     const OctantStep step = octant_step(octant, i);
     const std::ptrdiff_t to = step.y * p.stride + step.x;
@@ -209,6 +209,7 @@ HWY_INLINE OctantSums sum_octant(const WindowPlanes& p, std::ptrdiff_t here, int
         hn::And(hn::Lt(normal_step(p, here, to), hn::Set(f, kNormalDifference)),
                 hn::Lt(squared_step(p.depth + here, to), squared_slope(p, here, to, hn::Set(f, 1.5f * distance))));
     out.spread = hn::Add(out.spread, hn::IfThenElseZero(alike, hn::LoadU(f, p.spread + here + to)));
+    out.shown = hn::Add(out.shown, hn::IfThenElseZero(alike, hn::LoadU(f, p.shown + here + to)));
     out.count = hn::Add(out.count, hn::IfThenElseZero(alike, hn::Set(f, 1.0f)));
   }
   return out;
@@ -220,15 +221,18 @@ void noise_of_row(const WindowPlanes& p, int width, float* noise) {
   float spread[kOctants * kWindowPadding], count[kOctants * kWindowPadding];  // without the pixel itself
   for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
     const WindowFloats one = hn::Set(f, 1.0f), enough = hn::Set(f, kOctantPixels + 1.0f);
-    WindowFloats sum = hn::Zero(f), number = one;
+    WindowFloats sum = hn::Zero(f), shown = hn::Zero(f), number = one;
     for (std::size_t i = 0; i < kOctants; ++i) {
       const OctantSums octant = sum_octant(p, x, static_cast<int>(i));
       sum = hn::Add(sum, octant.spread);
+      shown = hn::Add(shown, octant.shown);
       number = hn::Add(number, octant.count);
       hn::StoreU(octant.spread, f, spread + i * kWindowPadding);
       hn::StoreU(octant.count, f, count + i * kWindowPadding);
     }
-    const WindowFloats own = hn::Min(hn::LoadU(f, p.spread + x), hn::Mul(sum, hn::Set(f, kOwnShare)));
+    const WindowFloats around = hn::Div(shown, hn::Max(hn::Sub(number, one), one)), all = hn::LoadU(f, p.spread + x);
+    const WindowFloats hidden = hn::Mul(hn::Set(f, kHidden), hn::Mul(around, around));
+    const WindowFloats own = hn::Min(all, hn::Max(hn::Mul(sum, hn::Set(f, kOwnShare)), hn::Sub(all, hidden)));
     // Where a side has little of the surface, the mean of all stands for the rest.
     const WindowFloats mean = hn::Div(hn::Add(sum, own), number);
     WindowFloats least = hn::Set(f, std::numeric_limits<float>::infinity());

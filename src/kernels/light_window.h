@@ -81,10 +81,11 @@ inline constexpr float kSameNoise = 0.1f;
 /// does not separate pixels. Without it the end of a penumbra is ragged, because some pixels there meet no light by
 /// chance and then have no noise. The blur that it allows changes a pixel by a few percent at most.
 inline constexpr float kLeastNoise = 0.005f;
-/// A pixel's spread counts in its own noise up to this share of the sum of the others in the window. So a pixel that
-/// has met rare light, where hardly any other has, is not separated from them and left as a speck. A line through the
-/// window has as many pixels as this asks for.
-inline constexpr float kOwnShare = 1.0f / 16;
+/// A pixel's spread counts in its own noise up to this share of the sum of the others in the window, and what exceeds
+/// kHidden of the squared light around. So a pixel that has met rare light, where hardly any other has, is not
+/// separated from them and left as a speck, if its light changes them by a few percent at most. A line through the
+/// window has as many pixels as the share asks for.
+inline constexpr float kOwnShare = 1.0f / 16, kHidden = 16;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;
 

@@ -334,10 +334,30 @@ TEST(LightFilter, LeavesFewSpecksAtTheEndOfRareLight) {
     const float of_sample = 1 / static_cast<float>(samples), speck = 0.4f * of_sample;
     const auto chance = [&](int x) { return x < kSide / 2 ? 0 : 0.01f * of_sample; };
     LightEstimate estimate = rare_light(samples, 0, 1, chance);
-    estimate.beside.assign(estimate.light.size(), 0.5f * of_sample);
+    estimate.beside.assign(estimate.light.size(), of_sample);
     EXPECT_LT(count_specks(filter_light(estimate, flat_surface()).light, speck),
               count_specks(estimate.light, speck) / 2)
         << samples;
+  }
+}
+
+/// A lamp that nearly touches a surface lights little of it, and hardly a sample finds that light. It is so bright that
+/// it must not be spread.
+TEST(LightFilter, MakesNoHaloOfLoneBrightPixels) {
+  constexpr float kOther = 0.01f;
+  for (const std::uint32_t samples : {2U, 4U, 8U}) {
+    LightEstimate estimate = rare_light(samples, 0, 1, [](int) { return 0.0f; });
+    estimate.beside.assign(estimate.light.size(), kOther);
+    const float mean = 1 / static_cast<float>(samples);
+    constexpr std::size_t kPixel = kSide / 2 * kSide + kSide / 2;
+    estimate.light[kPixel] = RGB(mean);
+    estimate.level[kPixel] = mean;
+    estimate.variance[kPixel] = mean * mean;
+    const FilteredLight filtered = filter_light(estimate, flat_surface());
+    float brightest = 0;
+    for (std::size_t i = 0; i < filtered.light.size(); ++i)
+      if (i != kPixel) brightest = std::max(brightest, filtered.light[i].g);
+    EXPECT_LT(brightest, 0.02f * kOther) << samples;
   }
 }
 

@@ -105,7 +105,7 @@ inline void add_window_reference(const WindowPlanes& planes, int height, WindowS
 inline void find_noise_reference(const WindowPlanes& planes, int width, float* noise) {
   using namespace light_window;
   for (int x = 0; x < width; ++x) {
-    float spread[kOctants] = {}, counts[kOctants] = {}, sum = 0, count = 1;
+    float spread[kOctants] = {}, counts[kOctants] = {}, sum = 0, count = 1, shown = 0;
     for (int i = 0; i < kOctants; ++i) {
       for (int k = 0; k < kOctantPixels; ++k) {
         const OctantStep step = octant_step(i, k);
@@ -114,12 +114,15 @@ inline void find_noise_reference(const WindowPlanes& planes, int width, float* n
         const SurfaceSteps steps = surface_steps(planes, x, to, distance);
         if (!(steps.normal < kNormalDifference && steps.depth < steps.slope)) continue;
         spread[i] += planes.spread[x + to];
+        shown += planes.shown[x + to];
         counts[i] += 1;
       }
       sum += spread[i];
       count += counts[i];
     }
-    const float own = std::min(planes.spread[x], sum * kOwnShare), mean = (sum + own) / count;
+    const float around = shown / std::max(count - 1, 1.0f), hidden = kHidden * (around * around);
+    const float own = std::min(planes.spread[x], std::max(sum * kOwnShare, planes.spread[x] - hidden));
+    const float mean = (sum + own) / count;
     noise[x] = std::numeric_limits<float>::infinity();
     for (int i = 0; i < kOctants; ++i) {
       const int next = (i + 1) % kOctants;
