@@ -21,7 +21,7 @@ struct FrameView {
 /// What a pixel shows beside gathered light: means over its samples.
 struct PixelSurface {
   RGB albedo, shown;     ///< albedo of camera samples, and of surface samples (gather/camera_pass.h)
-  RGB caustic, emitted;  ///< W sr^-1 m^-2
+  RGB caustic, emitted;  ///< W sr^-1 m^-2; light of a single sun is with emission
   float variance = 0;    ///< of the pixel's luminance, without that of gathered light and of media
 };
 

@@ -90,6 +90,7 @@ Film::Film(const PixelBounds& bounds, bool indirect_only, bool layers, PlaceLaye
   normal_.resize(layers ? n : 0);
   surface_albedo_.resize(places.surface_samples ? n : 0);
   surface_emitted_.resize(places.surface_samples ? n : 0);
+  sun_.resize(places.surface_samples ? n : 0);
   medium_.resize(layers && places.medium ? n : 0);
   position_.resize(places.position ? n : 0);
   uv_.resize(places.uv ? n : 0);
@@ -115,7 +116,7 @@ std::uint64_t Film::bytes(const PixelBounds& bounds, bool layers, PlaceLayers pl
   constexpr std::uint64_t kFirstHit = 6 * sizeof(UnitSum) + sizeof(LightSum) + sizeof(std::uint32_t);
   const std::uint64_t of_places =
       (places.position + places.uv + (layers && places.medium)) * kLight +
-      (places.surface_samples ? kLight + 3 * sizeof(UnitSum) : 0) +
+      (places.surface_samples ? 2 * kLight + 3 * sizeof(UnitSum) : 0) +
       (places.objects + places.materials) * sizeof(IdCounts) +
       static_cast<std::uint64_t>(places.values.count()) * (sizeof(LightSum) + sizeof(std::uint32_t));
   const std::uint64_t of_spread = batches > 1 ? batches * sizeof(LightSum) : sizeof(SquareSum);
@@ -198,6 +199,7 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
     add(surface_albedo_[pixel], (first_hit.surface_albedo.empty() ? first_hit.albedo : first_hit.surface_albedo)[slot]);
     add(surface_emitted_[pixel],
         (radiance.surface_emitted.empty() ? radiance.emitted : radiance.surface_emitted)[slot]);
+    if (!radiance.sun.empty()) add(sun_[pixel], radiance.sun[slot]);
   }
   if (std::isfinite(first_hit.depth[slot])) {
     depth_sum_[pixel] += first_hit.depth[slot];
@@ -212,8 +214,9 @@ void Film::add(std::size_t pixel, const SlotRadiance& radiance, const FirstHit& 
   }
   if (!has_moments()) return;
   const float albedo = shading_albedo(first_hit.albedo[slot]);
+  const RGB filtered[2] = {radiance.sun.empty() ? light[1] : light[1] - radiance.sun[slot], light[2]};
   for (int i = 0; i < 2; ++i) {
-    const float l = luminance(light[1 + i]);
+    const float l = luminance(filtered[i]);
     moments_[i][pixel] += l * l / albedo;
   }
   if (moments_[2].empty() || radiance.medium.empty()) return;
@@ -279,6 +282,7 @@ RGB Film::mean(Layer layer, std::size_t pixel) const {
   if (layer == Layer::surface_albedo) return mean_of((by_surface ? surface_albedo_ : albedo_)[pixel], count_[pixel]);
   if (layer == Layer::surface_emitted)
     return mean_of((by_surface ? surface_emitted_ : light_[0])[pixel], count_[pixel]);
+  if (layer == Layer::sun) return sun_.empty() ? RGB() : mean_of(sun_[pixel], count_[pixel]);
   if (layer == Layer::medium) return medium_.empty() ? RGB() : mean_of(medium_[pixel], count_[pixel]);
   if (layer == Layer::normal) return mean_of(normal_[pixel], count_[pixel]);
   if (layer == Layer::position || layer == Layer::uv) {
@@ -320,7 +324,8 @@ Film::Moments Film::moments(Layer layer, std::size_t pixel) const {
   const double n = count_[pixel];
   const bool in_medium = layer == Layer::medium;
   const double albedo = in_medium ? 1 : shading_albedo(mean(Layer::albedo, pixel));
-  const double m = luminance(mean(layer, pixel)) / albedo;
+  const RGB light = layer == Layer::direct ? mean(layer, pixel) - mean(Layer::sun, pixel) : mean(layer, pixel);
+  const double m = luminance(light) / albedo;
   if (count_[pixel] < 2) return {static_cast<float>(m), 0};
   const double square = moments_[in_medium ? 2 : layer == Layer::indirect ? 1 : 0][pixel].value() / n / albedo;
   return {static_cast<float>(m), static_cast<float>(std::max(0.0, square - m * m) / (n - 1))};
@@ -353,6 +358,7 @@ void Film::for_arrays(Work&& work, Films&... films) {
   work(films.normal_...);
   work(films.surface_albedo_...);
   work(films.surface_emitted_...);
+  work(films.sun_...);
   work(films.medium_...);
   work(films.position_...);
   work(films.uv_...);

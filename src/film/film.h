@@ -89,6 +89,7 @@ class Film {
 
   /// Means over the samples so far; black (or 0) if there are none.
   /// Position (metres) and uv (third component 0) are means over the samples that hit something.
+  /// sun is the share of direct that surface samples find of a single sun, and black without them.
   /// medium is black in films without PlaceLayers::medium.
   /// surface_emitted and surface_albedo are means of surface samples (gather/camera_pass.h), or `emitted` and `albedo`
   /// in a film without them and in pixels of a single sample, which the filters leave as it is, too.
@@ -103,6 +104,7 @@ class Film {
     uv,
     surface_emitted,
     surface_albedo,
+    sun,
     medium
   };
   RGB mean(Layer layer, std::size_t pixel) const;
@@ -145,7 +147,8 @@ class Film {
     float mean = 0, variance = 0;
   };
   static constexpr float kMinAlbedo = 0.01f;
-  /// @param layer direct, indirect or medium; of a film with moments. The variance is 0 for fewer than two samples.
+  /// @param layer direct (without sun), indirect or medium; of a film with moments. The variance is 0 for fewer than
+  /// two samples.
   Moments moments(Layer layer, std::size_t pixel) const;
 
   /// Size in bytes of a film of these dimensions.
@@ -199,7 +202,7 @@ class Film {
   std::vector<std::array<LightSum, 3>> light_[4];             // without layers, the first holds all light of the image
   std::vector<std::vector<std::array<LightSum, 3>>> groups_;  // light by group of light sources
   std::vector<std::array<UnitSum, 3>> albedo_, normal_, surface_albedo_;
-  std::vector<std::array<LightSum, 3>> surface_emitted_, medium_;
+  std::vector<std::array<LightSum, 3>> surface_emitted_, sun_, medium_;
   std::vector<std::array<LightSum, 3>> position_, uv_;
   std::vector<IdCounts> objects_, materials_;
   std::vector<LightSum> depth_sum_;

@@ -22,7 +22,8 @@ RGB shading_albedo(const Film& film, std::size_t pixel, Layer layer = Layer::alb
   return {std::max(albedo.r, least), std::max(albedo.g, least), std::max(albedo.b, least)};
 }
 
-/// Light of media is not divided by albedo.
+/// Light of media is not divided by albedo. That of a sun is left out: it has no noise but that of edges, which surface
+/// samples reduce, and spots of it are often smaller than a pixel.
 LightEstimate estimate_of(const Film& film, Layer layer) {
   LightEstimate estimate;
   estimate.light.resize(film.pixel_count());
@@ -32,12 +33,15 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   if (layer != Layer::medium) estimate.beside.resize(film.pixel_count());
   parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
-    estimate.light[i] = film.mean(layer, i) / (layer == Layer::medium ? RGB(1.0f) : shading_albedo(film, i));
+    RGB light = film.mean(layer, i);
+    if (layer == Layer::direct) light = light - film.mean(Layer::sun, i);
+    estimate.light[i] = light / (layer == Layer::medium ? RGB(1.0f) : shading_albedo(film, i));
     estimate.level[i] = moments.mean;
     estimate.variance[i] = moments.variance;
     estimate.samples[i] = film.sample_count(i);
     if (layer != Layer::medium)
-      estimate.beside[i] = film.moments(layer == Layer::direct ? Layer::indirect : Layer::direct, i).mean;
+      estimate.beside[i] = film.moments(layer == Layer::direct ? Layer::indirect : Layer::direct, i).mean +
+                           luminance(film.mean(Layer::sun, i)) / luminance(shading_albedo(film, i));
   });
   return estimate;
 }
@@ -102,7 +106,7 @@ float variance_beside_light(const Film& film, std::size_t pixel, float other) {
   if (!film.has_surface_samples()) return other;
   const float caustic = luminance(film.mean(Layer::caustic, pixel)),
               emitted = luminance(film.mean(Layer::emitted, pixel));
-  if (!(emitted > 0)) return caustic > 0 ? other : other / kSurfaceSamples;
+  if (!(emitted > 0)) return caustic > 0 || !is_black(film.mean(Layer::sun, pixel)) ? other : other / kSurfaceSamples;
   const auto samples = static_cast<float>(film.sample_count(pixel));
   const float level = (other * (samples - 1) + emitted * emitted) / emitted;  // mean square over mean
   const float share = std::min(luminance(film.mean(Layer::surface_emitted, pixel)) / level, 1.0f);
@@ -132,7 +136,7 @@ PixelSurface surface_of(const Film& film, std::size_t pixel, bool indirect_only)
   out.shown = shading_albedo(film, pixel, Layer::surface_albedo);
   if (!indirect_only) {
     out.caustic = film.mean(Layer::caustic, pixel);
-    out.emitted = film.mean(Layer::surface_emitted, pixel);
+    out.emitted = film.mean(Layer::surface_emitted, pixel) + film.mean(Layer::sun, pixel);
   }
   const float other = std::max(film.variance(pixel) - variance_of_light(film, pixel, indirect_only), 0.0f);
   out.variance = variance_beside_light(film, pixel, other) * gain_of_strata(film, pixel);

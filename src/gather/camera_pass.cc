@@ -3,6 +3,7 @@
 #include <span>
 
 #include "core/make_parts.h"
+#include "core/parallel.h"
 #include "gather/camera_policy.h"
 #include "gather/camera_rays.h"
 #include "gather/medium_walk.h"
@@ -63,7 +64,7 @@ class BlockTracer {
     memory_.camera.create(camera_, task_, first_slot_, settings_, policy_.sequence, x0, y0);
     intersect_camera_rays();
     for (std::size_t i = 0; i < memory_.hits.size(); ++i) see(i);
-    lights_.add_waiting(radiance_.direct);
+    lights_.add_waiting(radiance_.sun.empty() ? radiance_.direct : radiance_.sun);
     for (int bounce = 1; !queue.empty(); ++bounce) {
       rays_traced_ += queue.step(tracer_, [&](CameraPath& path, Hit& hit) {
         return reach(path, hit, RayOrder::incoherent) && policy_.advance(path, hit, bounce);
@@ -187,6 +188,9 @@ void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, 
   if (settings.surface_samples) {
     radiance.surface_emitted.resize(tasks.slot_count());
     first_hit.surface_albedo.resize(tasks.slot_count());
+    // Chosen among several, suns have noise, which filters remove.
+    if (settings.suns && tracer.scene().light_selector().directional_count() == 1)
+      radiance.sun.resize(tasks.slot_count());
   }
   if (settings.segments) settings.segments->clear();
   const std::vector<Block> blocks = blocks_of(tasks);
@@ -201,6 +205,7 @@ void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, 
     points.append(block.points);
     if (settings.segments) settings.segments->append(block.segments);
   });
+  parallel_for_each(radiance.sun.size(), 4096, [&](std::size_t i) { radiance.direct[i] += radiance.sun[i]; });
   statistics.add(Counter::gather_points, points.size());
 }
 

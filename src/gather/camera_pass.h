@@ -59,7 +59,8 @@ struct FirstHit {
 };
 
 /// Traces the camera samples of the tasks on all threads. Fills `radiance.emitted`, and adds to `radiance.direct` the
-/// lights reflected by rough specular lobes, and directional lights with CameraPassSettings::suns; both are resized.
+/// lights reflected by rough specular lobes, and directional lights with CameraPassSettings::suns, which are in
+/// `radiance.sun`, too, if there is one. All are resized.
 /// Neighbours in the order of gather points are close together in space. The result is the same for any number of
 /// threads.
 GatherPoints camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks,

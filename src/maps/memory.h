@@ -15,7 +15,7 @@ inline std::uint64_t bytes_per_slot(std::size_t light_groups, int values = 0, bo
                                     bool surface_samples = false) {
   return 3 * bytes_each<GatherPoints>() + (5 + light_groups) * sizeof(RGB) + 28 +
          static_cast<std::uint64_t>(values) * (sizeof(RGB) + sizeof(float)) +
-         (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (surface_samples ? 2 * sizeof(RGB) : 0);
+         (places ? sizeof(std::uint32_t) + sizeof(Vec2) : 0) + (surface_samples ? 3 * sizeof(RGB) : 0);
 }
 /// Bytes of a query point between its ray and completion: itself, its radiance, and an engine's order of it.
 inline constexpr std::uint64_t kBytesPerQuery = 192;

@@ -193,7 +193,8 @@ class PassRenderer {
   /// Whether surface samples take directional lights in place of light samples.
   bool finds_suns() const {
     return settings_.surface_samples && settings_.direct && view_.camera && settings_.kind == PassKind::gather &&
-           settings_.light_samples > 0 && takes_delta_lights() && tracer_.scene().light_selector().has_directional();
+           settings_.light_samples > 0 && takes_delta_lights() &&
+           tracer_.scene().light_selector().directional_count() > 0;
   }
 
   /// Whether light samples take lights without size. Not for daylight coefficients, in whose scenes suns are lights of

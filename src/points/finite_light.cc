@@ -23,6 +23,7 @@ std::size_t drop_infinite_samples(SlotRadiance& radiance) {
       continue;
     radiance.emitted[i] = radiance.direct[i] = radiance.indirect[i] = radiance.caustic[i] = RGB();
     if (!radiance.surface_emitted.empty()) radiance.surface_emitted[i] = RGB();
+    if (!radiance.sun.empty()) radiance.sun[i] = RGB();
     if (!radiance.medium.empty()) radiance.medium[i] = RGB();
     for (auto& group : radiance.groups) group[i] = RGB();
     ++dropped;

@@ -93,11 +93,13 @@ struct SlotRadiance {
   std::vector<RGB> medium;           ///< scattered or emitted by media between the viewer and the first broad bounce;
                                      ///< empty in scenes without media
   std::vector<RGB> surface_emitted;  ///< as `emitted`, by surface samples (gather/camera_pass.h); empty without them
+  /// The share of `direct` that surface samples find at first hits, of a sun that is the only one; empty without it.
+  std::vector<RGB> sun;
   /// Light of each group of light sources, all four parts together; empty without light groups.
   std::vector<std::vector<RGB>> groups;
   std::span<const std::uint32_t> group_of_source;  ///< index into `groups` of each light source
 
-  /// Sizes all parts, black, but `surface_emitted`, which it empties. @param media whether the scene has some
+  /// Sizes all parts, black, but `surface_emitted` and `sun`, which it empties. @param media whether the scene has some
   void resize(std::size_t slots, bool media = false);
   /// Adds light of one source to a part, and to the source's group.
   void add(std::vector<RGB>& part, std::size_t slot, RGB light, std::uint32_t source) {

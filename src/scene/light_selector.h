@@ -48,7 +48,7 @@ class LightSelector {
   /// The probability with which AtPoint::choose() returns that source.
   float probability(Vec3 position, std::uint32_t source) const;
 
-  bool has_directional() const { return !directional_source_.empty(); }
+  std::size_t directional_count() const { return directional_source_.size(); }
   /// Chooses one of the directional lights by power. @param u in [0, 1)
   Choice choose_directional(float u) const;
 

@@ -82,6 +82,7 @@ void FrameSums::add(PassResult&& pass, int width, int height, LightPart part) {
     leave_out(light.indirect);
     leave_out(light.medium);
     leave_out(part == LightPart::direct ? light.caustic : light.direct);
+    if (part == LightPart::caustic) leave_out(light.sun);
   }
   film_->add(CameraTask{0, 0, width, height, count_, 1}, light, pass.first_hit, Geometry());
   parallel_for_each(diagnosis_.size(), 4096, [&](std::size_t i) { diagnosis_[i] += pass.diagnosis[i]; });

@@ -180,7 +180,7 @@ LightImages::LightImages(const Scene& scene) : of_suns_(reflections(scene, Light
 
 LightImages LightImages::of_lights(const Scene& scene) {
   LightImages out;
-  if (scene.light_selector().has_directional()) out = LightImages(scene);
+  if (scene.light_selector().directional_count() > 0) out = LightImages(scene);
   const auto is_lamp = [](const Light& l) { return l.kind != LightKind::directional && !is_black(l.intensity); };
   const auto lamps = static_cast<std::size_t>(std::count_if(scene.lights().begin(), scene.lights().end(), is_lamp));
   // The lamp itself takes no ray.

@@ -90,6 +90,34 @@ TEST(Filtered, LampsNearSurfacesHaveNoHalo) {
   }
 }
 
+/// Sun through slits in a board, which lights strips of a floor that are narrower than a pixel. They are blurred if
+/// they pass for noise.
+TEST(Filtered, StripsOfSunAreNotBlurred) {
+  SceneDescription d;
+  d.materials.resize(1);
+  d.materials[0].reflectance.value = RGB(0.6f);
+  add_quad(d, {-2, -2, 0}, {4, 0, 0}, {0, 4, 0});
+  constexpr float kWidth = 0.4f, kSlit = 0.005f;
+  for (int i = 0; i < 10; ++i)
+    add_quad(d, {-2 + kWidth * static_cast<float>(i), -2, 0.5f}, {kWidth - kSlit, 0.05f, 0}, {0, 4, 0});
+  Light sun;
+  sun.kind = LightKind::directional;
+  sun.intensity = RGB(60);
+  sun.direction = {0.1f, 0, -1};
+  d.lights.push_back(sun);
+  d.environment = Environment{};
+  d.environment->scale = RGB(0.5f);
+  d.cameras.push_back(square_view({0, 0, 0}, {0, 0, 1}, 0.4f, 1));
+  const Stage stage(d);
+  const FilmPicture reference = unfiltered_picture(stage.render(filtered_render(32, 100)), false);
+  for (const std::uint32_t samples : {2U, 8U}) {
+    const Film film = stage.render(filtered_render(32, samples));
+    EXPECT_LT(true_error(filtered_picture(film, false), reference),
+              1.1 * true_error(unfiltered_picture(film, false), reference))
+        << samples;
+  }
+}
+
 /// Pixels of luminance 0.1, of which every hundredth sample is 10 and all others 0. The few bright pixels must not pass
 /// for bright surfaces of little relative noise.
 TEST(Filtered, RelativeErrorKnowsFirefliesFromBrightSurfaces) {
