@@ -1,5 +1,6 @@
 #include "gather/camera_pass.h"
 
+#include <algorithm>
 #include <span>
 
 #include "core/make_parts.h"
@@ -136,6 +137,12 @@ class BlockTracer {
   std::uint64_t rays_traced_ = 0;
 };
 
+/// Several suns are chosen from by chance, and so is their light behind grids of media: that noise is for filters.
+bool has_sun_without_noise(const Scene& scene) {
+  return scene.light_selector().directional_count() == 1 &&
+         std::none_of(scene.media().begin(), scene.media().end(), [](const Medium& m) { return m.grid != nullptr; });
+}
+
 /// A block of pixels that a task covers, by its upper left corner.
 struct Block {
   const CameraTask* task;
@@ -188,9 +195,7 @@ void camera_pass(const Tracer& tracer, const Camera& camera, CameraTasks tasks, 
   if (settings.surface_samples) {
     radiance.surface_emitted.resize(tasks.slot_count());
     first_hit.surface_albedo.resize(tasks.slot_count());
-    // Chosen among several, suns have noise, which filters remove.
-    if (settings.suns && tracer.scene().light_selector().directional_count() == 1)
-      radiance.sun.resize(tasks.slot_count());
+    if (settings.suns && has_sun_without_noise(tracer.scene())) radiance.sun.resize(tasks.slot_count());
   }
   if (settings.segments) settings.segments->clear();
   const std::vector<Block> blocks = blocks_of(tasks);
