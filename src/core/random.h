@@ -38,7 +38,6 @@ enum RandomStream : std::uint32_t {
   kPhotonStream = 0x70686f74,       ///< photons
   kPhotonEndStream = 0x70656e64,    ///< photons of very long paths, which end at random
   kPhotonNoiseStream = 0x6e6f6973,  ///< samples that measure the noise of photons
-  kPhotonPartStream = 0x70617274,   ///< photons of paths that divide
   kPhotonSignStream = 0x7369676e,   ///< signs of photons that measure their noise
   kPilotStream = 0x70696c6f,        ///< pilot passes of photons
   kSpecularStream = 0x73686172,     ///< gather rays that continue through specular lobes; one stream for each bounce

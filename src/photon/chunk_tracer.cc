@@ -88,16 +88,11 @@ void ChunkTracer::emit(std::uint64_t first, std::size_t in_chunk, std::vector<Li
 
 /// Follows paths to their ends.
 void ChunkTracer::follow(PathQueue<LightPath>& queue, PhotonChunk& chunk) const {
-  for (int bounce = 0; !queue.empty(); ++bounce) {
+  for (int bounce = 0; !queue.empty(); ++bounce)
     queue.step(tracer_, [&](LightPath& path, Hit& hit) {
       walk_.cross(path, hit, bounce, chunk);
-      const std::size_t branches = queue.branches.size();
-      const bool goes_on = scatter(path, hit, bounce, chunk, queue.branches);
-      if (pass_.kept && queue.branches.size() > branches) chunk.parts.back().in_path |= PathPart::kBranches;
-      return goes_on;
+      return scatter(path, hit, bounce, chunk);
     });
-    queue.sort_branches([](const LightPath& a, const LightPath& b) { return a.in_chunk < b.in_chunk; });
-  }
 }
 
 /// Follows the paths of a chunk that are not as they were, and takes the photons of the others from before.
@@ -112,37 +107,17 @@ void ChunkTracer::follow_changed(KeptChunk& before, PathQueue<LightPath>& queue,
 }
 
 /// Scatters a path at its hit, and stores its photon. Returns whether it goes on and may still leave photons.
-/// @param branches takes the other paths that it becomes
-bool ChunkTracer::scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk,
-                          std::vector<LightPath>& branches) const {
+bool ChunkTracer::scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk) const {
   if (hit.triangle == kNone) {
     add(chunk.balance.escaped, path.throughput);
     return false;
   }
-  const LightPath arrived = path;
   const PhotonBounce out = scatter_photon(tracer_.scene(), pass_, path, hit, bounce);
   add(chunk.balance.arrived, path.throughput);
   if (out.leaves_photon) {
     add(chunk.balance.stored, path.throughput);
     store(path, out, bounce, chunk);
   }
-  for (int i = 1; i < out.paths; ++i) branch(arrived, i, hit, bounce, chunk, branches);
-  return leave(path, out, hit, bounce, chunk);
-}
-
-/// Scatters a path that has left its photon once more. @param number of the branch
-void ChunkTracer::branch(LightPath path, int number, const Hit& hit, int bounce, PhotonChunk& chunk,
-                         std::vector<LightPath>& branches) const {
-  const auto place = hash_combine(static_cast<std::uint32_t>(bounce), static_cast<std::uint32_t>(number));
-  path.number = hash_combine(path.number, place);
-  path.sampler = Sampler(SamplerKind::sobol, pass_.seed, hash_combine(kPhotonPartStream, pass_.pass), path.number);
-  const PhotonBounce out = scatter_photon(tracer_.scene(), pass_, path, hit, bounce);
-  if (leave(path, out, hit, bounce, chunk)) branches.push_back(path);
-}
-
-/// Sends a path on after a bounce. Returns whether it goes on and may still leave photons.
-bool ChunkTracer::leave(LightPath& path, const PhotonBounce& out, const Hit& hit, int bounce,
-                        PhotonChunk& chunk) const {
   if (!out.goes_on) return false;
   add(chunk.balance.scattered, out.flux);
   if (bounce + 1 >= pass_.max_bounces) {

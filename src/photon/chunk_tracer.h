@@ -30,10 +30,7 @@ class ChunkTracer {
   void emit(std::uint64_t first, std::size_t in_chunk, std::vector<LightPath>& paths, PhotonChunk& chunk) const;
   void follow(PathQueue<LightPath>& queue, PhotonChunk& chunk) const;
   void follow_changed(KeptChunk& before, PathQueue<LightPath>& queue, std::size_t count, PhotonChunk& chunk) const;
-  bool scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk, std::vector<LightPath>& branches) const;
-  void branch(LightPath path, int number, const Hit& hit, int bounce, PhotonChunk& chunk,
-              std::vector<LightPath>& branches) const;
-  bool leave(LightPath& path, const PhotonBounce& out, const Hit& hit, int bounce, PhotonChunk& chunk) const;
+  bool scatter(LightPath& path, const Hit& hit, int bounce, PhotonChunk& chunk) const;
   void store(const LightPath& path, const PhotonBounce& bounce, int number, PhotonChunk& chunk) const;
 
   const Tracer& tracer_;

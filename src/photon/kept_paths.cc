@@ -121,7 +121,7 @@ bool KeptPaths::meets_nothing(Vec3 origin, std::span<const PathPart> parts) cons
     const float margin = kMarginOfChanges * std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z)});
     const bool meets = part.escapes() ? changed_.meets(origin, part.end, std::numeric_limits<float>::infinity(), margin)
                                       : changed_.meets(origin, part.end - origin, 1, margin);
-    if (meets || part.branches()) return false;
+    if (meets) return false;
     if (!part.is_aside()) origin = part.end;
   }
   return true;

@@ -36,15 +36,13 @@ inline bool leaves(PhotonChoice choice, std::uint8_t path) {
 /// A light path under way. Its throughput is its flux, W.
 struct LightPath : PathState {
   Sampler sampler;           ///< emission takes three pairs, each bounce two
-  std::uint32_t number = 0;  ///< of its random numbers: among all of the pass, until it divides
+  std::uint32_t number = 0;  ///< among all of the pass
   std::uint16_t in_chunk = 0;
   std::uint32_t light = 0;   ///< source, counted as in Scene::light_power()
   std::uint8_t bounces = 0;  ///< the bits of those so far
   int scatterings = 0;       ///< in media
   /// The least share_that_returns() of the places where it has scattered: its flux has grown by at most the inverse.
   float least_share = 1;
-  /// Largest component of its flux over that of its start, with the divisions of roulette at surfaces; at least 1.
-  float weight = 1;
   /// Metres. Where a lamp without size seems to be, by the reflections so far: nowhere once light was refracted.
   /// Followed as kNotSmooth is.
   Vec3 image{};

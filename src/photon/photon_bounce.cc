@@ -21,27 +21,17 @@ struct BounceNumbers {
   Vec2 direction;
 };
 
-/// Divides a path where shading normals make it several times as bright as it began: else a few paths would bring much
-/// of the light. @param factor arrival_factor()
-void divide(const LightPath& path, float factor, PhotonBounce& out) {
-  out.paths = std::max(static_cast<int>(path.weight * factor), 1);
-}
-
-/// Plays Russian roulette. A path that is brighter than it began goes on until it is not.
-/// @param next flux before that, W, of all paths that go on
-void survive_bounce(LightPath& path, RGB next, float u, PhotonBounce& out) {
-  next = next / static_cast<float>(out.paths);
-  const float weight = path.weight * max_component(next) / std::max(max_component(path.throughput), 1e-30f);
-  const float probability = roulette(weight, kLeastOfPhotons, 1, [u] { return u; });
+/// Plays Russian roulette. @param next flux before that, W
+void survive_bounce(const LightPath& path, RGB next, float u, PhotonBounce& out) {
+  const float kept = max_component(next) / std::max(max_component(path.throughput), 1e-30f);
+  const float probability = roulette(kept, kLeastOfPhotons, 1, [u] { return u; });
   out.goes_on = probability > 0;
-  if (!out.goes_on) return;
-  out.flux = next / probability;
-  path.weight = weight / probability;
+  if (out.goes_on) out.flux = next / probability;
 }
 
 /// Scatters a path that has hit a surface which only reflects diffusely and has no map of normals, as most have.
 /// Returns false for others.
-bool scatter_diffuse(const Scene& scene, const PhotonPassSettings& pass, LightPath& path, const Hit& hit,
+bool scatter_diffuse(const Scene& scene, const PhotonPassSettings& pass, const LightPath& path, const Hit& hit,
                      const BounceNumbers& u, PhotonBounce& out) {
   DiffuseTriangleRoom room;
   const DiffuseTriangle& triangle = scene.diffuse_triangle(hit.triangle, room);
@@ -60,7 +50,6 @@ bool scatter_diffuse(const Scene& scene, const PhotonPassSettings& pass, LightPa
   const bool may_reflect =
       pass.on_all_surfaces || (triangle.kind & DiffuseTriangle::kTextured) || !is_black(point.reflectance);
   out.leaves_photon = factor > 0 && may_reflect;
-  divide(path, factor, out);
   const Vec3 local = square_to_cosine_hemisphere(u.direction);
   if (!out.leaves_photon || !(local.z > 0)) return true;
   survive_bounce(path, path.throughput * point.reflectance * factor, u.roulette, out);
@@ -93,7 +82,6 @@ void scatter_any(const Scene& scene, const PhotonPassSettings& pass, LightPath& 
   out.normal = vertex.normal();
   out.back = arrived.back;
   out.photon_flux = arriving * arrived.factor;
-  divide(path, arrived.factor, out);
   // Estimates reach over all points of a material, also those without a broad lobe: their photons are stored where
   // other points may have one.
   out.leaves_photon = pass.on_all_surfaces || vertex.has(kBroad) ||
@@ -107,8 +95,6 @@ void scatter_any(const Scene& scene, const PhotonPassSettings& pass, LightPath& 
     if (!s.is_null) path.image = image_behind(path.image, out, s.direction);
   }
   survive_bounce(path, out.photon_flux * s.weight, u.roulette, out);
-  // A wavelength that is chosen carries the light of all: that makes no path too bright.
-  path.weight = std::max(path.weight * max_component(path.throughput) / max_component(arriving), 1.0f);
   out.next = leave_surface(vertex.point.position, s.side, vertex.point.offset, s.direction, vertex.time);
 }
 

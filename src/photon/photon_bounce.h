@@ -8,7 +8,6 @@ namespace glowworm {
 /// What becomes of a path at a surface.
 struct PhotonBounce {
   bool leaves_photon = false, goes_on = false;
-  int paths = 1;  ///< that the path becomes, each with its own direction and roulette; this is one of them
   Vec3 position, normal, back;  ///< of the photon: metres; unit, where it arrived; towards its origin
   RGB photon_flux{0.0f};        ///< W, with the arrival_factor() of the shading normal
   Ray next;                     ///< of the path that goes on

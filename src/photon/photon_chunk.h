@@ -32,18 +32,16 @@ struct PlaceOnPath {
 
 /// A straight part of a path, from where the part before ends.
 struct PathPart {
-  /// Bits of `in_path`: it leaves the scene; the path goes on from where the part starts, but depends on the part; the
-  /// path divides at its end.
-  static constexpr std::uint32_t kEscapes = 0x80000000u, kAside = 0x40000000u, kBranches = 0x20000000u;
+  /// Bits of `in_path`: it leaves the scene; the path goes on from where the part starts, but depends on the part.
+  static constexpr std::uint32_t kEscapes = 0x80000000u, kAside = 0x40000000u;
 
   Vec3 end;                   ///< the direction, if it leaves the scene
   std::uint32_t in_path = 0;  ///< path(), and bits
 
   /// In the chunk.
-  std::uint16_t path() const { return static_cast<std::uint16_t>(in_path); }
+  std::uint16_t path() const { return static_cast<std::uint16_t>(in_path & ~(kEscapes | kAside)); }
   bool escapes() const { return (in_path & kEscapes) != 0; }
   bool is_aside() const { return (in_path & kAside) != 0; }
-  bool branches() const { return (in_path & kBranches) != 0; }
 };
 
 /// What the paths of a chunk leave, as KeptPaths keep it: photons in order of bounces, then of paths.

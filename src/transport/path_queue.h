@@ -1,6 +1,5 @@
 // Paths that take their steps together.
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -20,15 +19,6 @@ class PathQueue {
   void clear() {
     paths.clear();
     branches.clear();
-  }
-
-  /// Lets branches join the paths now, all in order.
-  template <typename Less>
-  void sort_branches(const Less& less) {
-    if (branches.empty()) return;
-    paths.insert(paths.end(), branches.begin(), branches.end());
-    branches.clear();
-    std::stable_sort(paths.begin(), paths.end(), less);
   }
 
   /// Traces all paths to their next hits, then calls advance(Path&, Hit&) for one after the other, in their order.

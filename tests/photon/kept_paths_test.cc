@@ -134,15 +134,6 @@ TEST(KeptPaths, HaveTheBitsOfFreshPathsInMedia) {
     }
 }
 
-TEST(KeptPaths, HaveTheBitsOfFreshPathsWhereTiltedNormalsDivideThem) {
-  for (const bool in_medium : {false, true})
-    expect_kept_at_moments(4, 0.05, [&](std::uint32_t moment) {
-      SceneDescription d = in_medium ? room_in_medium(1, false) : builtin_scene("cornell");
-      tilt_normals(d.geometry, 55);
-      return with_board(std::move(d), moment);
-    });
-}
-
 TEST(KeptPaths, AllStayInAMediumWhereNothingMoves) {
   KeptPaths kept;
   expect_bits_of_fresh_photons(with_board(room_in_medium(1, true), 1), kept);

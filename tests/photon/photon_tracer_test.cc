@@ -151,29 +151,6 @@ TEST(PhotonTracer, LosesNothingFromClosedScenes) {
   }
 }
 
-/// Tilted normals multiply the flux of a path again and again. Were it one path still, a few would bring much of it.
-TEST(PhotonTracer, KeepsPathsOnTiltedNormalsAboutAsBrightAsTheyBegan) {
-  SceneDescription d = builtin_scene("furnace-box");
-  tilt_normals(d.geometry, 60);
-  for (Material& material : d.materials) {
-    material.kind = MaterialKind::metallic_roughness;
-    material.specular.value = 0;
-    material.roughness_u.value = material.roughness_v.value = 1;
-  }
-  const Scene scene(std::move(d));
-  MeanOfPasses ratio;
-  for (std::uint32_t seed = 0; seed < 16; ++seed) {
-    const PhotonPass pass = shoot(scene, 50000, seed);
-    expect_balanced(pass);
-    double stored = 0;
-    for (const RGB& flux : pass.global.flux) stored += flux.r;
-    ratio.add(stored / pass.balance.emitted[0]);
-  }
-  // Albedo one half. kMaxShadingFactor takes 0.3% where a path arrives, and where it leaves.
-  EXPECT_NEAR(ratio.mean(), 2, 0.02 + 4 * ratio.error());
-  EXPECT_LT(ratio.error(), 0.01 * ratio.mean());
-}
-
 TEST(PhotonTracer, EmitsThePowerOfTheLights) {
   for (const LightCase light : light_cases()) {
     // The power of a textured lamp is an estimate, which only chooses between lights.

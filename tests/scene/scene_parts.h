@@ -206,14 +206,4 @@ inline SceneDescription lit_floor(LightCase light) {
   return d;
 }
 
-/// Tilts the normals of all vertices out of their triangles, as steep normal maps do. @param degrees of the tilt
-inline void tilt_normals(Geometry& geometry, float degrees) {
-  const float angle = degrees * kPi / 180;
-  for (const auto& [a, b, c] : geometry.triangles) {
-    const Vec3 along = normalize(geometry.positions[b] - geometry.positions[a]);
-    const Vec3 normal = normalize(cross(along, geometry.positions[c] - geometry.positions[a]));
-    for (const std::uint32_t v : {a, b, c}) geometry.normals[v] = normal * std::cos(angle) + along * std::sin(angle);
-  }
-}
-
 }  // namespace glowworm
