@@ -40,8 +40,9 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
     estimate.variance[i] = moments.variance;
     estimate.samples[i] = film.sample_count(i);
     if (layer != Layer::medium)
-      estimate.beside[i] = film.moments(layer == Layer::direct ? Layer::indirect : Layer::direct, i).mean +
-                           luminance(film.mean(Layer::sun, i)) / luminance(shading_albedo(film, i));
+      estimate.beside[i] =
+          film.moments(layer == Layer::direct ? Layer::indirect : Layer::direct, i).mean +
+          luminance(film.mean(Layer::sun, i) + film.mean(Layer::caustic, i)) / luminance(shading_albedo(film, i));
   });
   return estimate;
 }

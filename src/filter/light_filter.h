@@ -26,7 +26,7 @@ struct LightEstimate {
   std::vector<float> level;     ///< its luminance, of which the variance is known
   std::vector<float> variance;  ///< of `level`, from the spread of the samples
   std::vector<std::uint32_t> samples;
-  /// Luminance of the other light of each pixel, W sr^-1 m^-2, beside which little noise is not seen; empty: none.
+  /// Luminance of the other light of each pixel, as `level`, which hides a little noise; empty: none.
   std::vector<float> beside;
 };
 

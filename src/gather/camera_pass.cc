@@ -137,7 +137,8 @@ class BlockTracer {
   std::uint64_t rays_traced_ = 0;
 };
 
-/// Several suns are chosen from by chance, and so is their light behind grids of media: that noise is for filters.
+/// Whether the light of suns needs no filter. A choice among several is random, and so are estimates of what grids of
+/// media let through.
 bool has_sun_without_noise(const Scene& scene) {
   return scene.light_selector().directional_count() == 1 &&
          std::none_of(scene.media().begin(), scene.media().end(), [](const Medium& m) { return m.grid != nullptr; });
