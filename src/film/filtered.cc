@@ -31,6 +31,7 @@ LightEstimate estimate_of(const Film& film, Layer layer) {
   estimate.variance.resize(film.pixel_count());
   estimate.samples.resize(film.pixel_count());
   if (layer != Layer::medium) estimate.beside.resize(film.pixel_count());
+  estimate.lone = layer == Layer::direct;
   parallel_for_each(film.pixel_count(), 4096, [&](std::size_t i) {
     const Film::Moments moments = film.moments(layer, i);
     RGB light = film.mean(layer, i);

@@ -256,7 +256,8 @@ class LightFilter {
             shown_.at(x, y),
             variance_.at(x, y),
             spread_.at(x, y),
-            noise_.at(x, y)};
+            noise_.at(x, y),
+            estimate_.lone};
   }
 
   void filter_tile(int x0, int y0) {

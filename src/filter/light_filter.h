@@ -28,6 +28,9 @@ struct LightEstimate {
   std::vector<std::uint32_t> samples;
   /// Luminance of the other light of each pixel, as `level`, which hides a little noise; empty: none.
   std::vector<float> beside;
+  /// Whether a pixel may be lit where none around it is, as direct light beside a lamp does. Gathered light comes from
+  /// all around: where a lone pixel has more, it has met a rare sample.
+  bool lone = true;
 };
 
 /// Whether a pixel with this mean normal of its samples shows an edge of a surface.

@@ -219,6 +219,7 @@ void noise_of_row(const WindowPlanes& p, int width, float* noise) {
   using namespace light_window;
   const WindowTag f;
   float spread[kOctants * kWindowPadding], count[kOctants * kWindowPadding];  // without the pixel itself
+  const WindowFloats most = hn::Set(f, p.lone ? kHidden : std::numeric_limits<float>::max());
   for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(f))) {
     const WindowFloats one = hn::Set(f, 1.0f), enough = hn::Set(f, kOctantPixels + 1.0f);
     WindowFloats sum = hn::Zero(f), shown = hn::Zero(f), number = one;
@@ -231,7 +232,7 @@ void noise_of_row(const WindowPlanes& p, int width, float* noise) {
       hn::StoreU(octant.count, f, count + i * kWindowPadding);
     }
     const WindowFloats around = hn::Div(shown, hn::Max(hn::Sub(number, one), one)), all = hn::LoadU(f, p.spread + x);
-    const WindowFloats hidden = hn::Mul(hn::Set(f, kHidden), hn::Mul(around, around));
+    const WindowFloats hidden = hn::Mul(most, hn::Mul(around, around));
     const WindowFloats own = hn::Min(all, hn::Max(hn::Mul(sum, hn::Set(f, kOwnShare)), hn::Sub(all, hidden)));
     // Where a side has little of the surface, the mean of all stands for the rest.
     const WindowFloats mean = hn::Div(hn::Add(sum, own), number);

@@ -27,6 +27,7 @@ struct WindowPlanes {
   const float* variance = nullptr;  ///< of the level
   const float* spread = nullptr;    ///< variance of one sample's level, for find_noise()
   const float* noise = nullptr;     ///< of find_noise(), for add_window()
+  bool lone = true;                 ///< LightEstimate::lone, for find_noise()
 };
 
 /// Sums of a tile, row by row. With the border of a pixel that comparisons need, a row fills whole vectors; the columns
@@ -81,10 +82,10 @@ inline constexpr float kSameNoise = 0.1f;
 /// does not separate pixels. Without it the end of a penumbra is ragged, because some pixels there meet no light by
 /// chance and then have no noise. The blur that it allows changes a pixel by a few percent at most.
 inline constexpr float kLeastNoise = 0.005f;
-/// A pixel's spread counts in its own noise up to this share of the sum of the others in the window, and what exceeds
-/// kHidden of the squared light around. So a pixel that has met rare light, where hardly any other has, is not
-/// separated from them and left as a speck, if its light changes them by a few percent at most. A line through the
-/// window has as many pixels as the share asks for.
+/// A pixel's spread counts in its own noise up to this share of the sum of the others in the window, and, where lone
+/// pixels may be lit, what exceeds kHidden of the squared light around. So a pixel that has met rare light, where
+/// hardly any other has, is not separated from them and left as a speck, if its light changes them by a few percent at
+/// most. A line through the window has as many pixels as the share asks for.
 inline constexpr float kOwnShare = 1.0f / 16, kHidden = 16;
 /// The other pixels of the window lie in octants; a side has two that follow each other.
 inline constexpr int kOctants = 8, kSideOctants = 2, kOctantPixels = kWindowReach * (kWindowReach + 1) / 2;

@@ -353,11 +353,15 @@ TEST(LightFilter, MakesNoHaloOfLoneBrightPixels) {
     estimate.light[kPixel] = RGB(mean);
     estimate.level[kPixel] = mean;
     estimate.variance[kPixel] = mean * mean;
-    const FilteredLight filtered = filter_light(estimate, flat_surface());
+    FilteredLight filtered = filter_light(estimate, flat_surface());
     float brightest = 0;
     for (std::size_t i = 0; i < filtered.light.size(); ++i)
       if (i != kPixel) brightest = std::max(brightest, filtered.light[i].g);
     EXPECT_LT(brightest, 0.02f * kOther) << samples;
+    // Gathered light is never alone: there it is a rare sample, whose light is spread.
+    estimate.lone = false;
+    filtered = filter_light(estimate, flat_surface());
+    EXPECT_LT(filtered.light[kPixel].g, 0.05f * mean) << samples;
   }
 }
 

@@ -120,7 +120,9 @@ inline void find_noise_reference(const WindowPlanes& planes, int width, float* n
       sum += spread[i];
       count += counts[i];
     }
-    const float around = shown / std::max(count - 1, 1.0f), hidden = kHidden * (around * around);
+    const float around = shown / std::max(count - 1, 1.0f),
+                most = planes.lone ? kHidden : std::numeric_limits<float>::max();
+    const float hidden = most * (around * around);
     const float own = std::min(planes.spread[x], std::max(sum * kOwnShare, planes.spread[x] - hidden));
     const float mean = (sum + own) / count;
     noise[x] = std::numeric_limits<float>::infinity();

@@ -99,15 +99,18 @@ TEST(LightWindow, SameBitsAsPlainLoops) {
 
 TEST(LightWindow, FindsTheSameNoiseAsPlainLoops) {
   WindowPixels pixels;
-  const WindowPlanes planes = pixels.planes();
+  WindowPlanes planes = pixels.planes();
   constexpr int kWidth = WindowSums::kWidth;
-  std::vector<float> expected(kWidth + kWindowPadding);
-  find_noise_reference(planes, kWidth, expected.data());
-  on_every_instruction_set([&] {
-    std::vector<float> noise(kWidth + kWindowPadding);
-    find_noise(planes, kWidth, noise.data());
-    EXPECT_EQ(std::memcmp(noise.data(), expected.data(), kWidth * sizeof(float)), 0);
-  });
+  for (const bool lone : {true, false}) {
+    planes.lone = lone;
+    std::vector<float> expected(kWidth + kWindowPadding);
+    find_noise_reference(planes, kWidth, expected.data());
+    on_every_instruction_set([&] {
+      std::vector<float> noise(kWidth + kWindowPadding);
+      find_noise(planes, kWidth, noise.data());
+      EXPECT_EQ(std::memcmp(noise.data(), expected.data(), kWidth * sizeof(float)), 0);
+    });
+  }
 }
 
 TEST(LightWindow, OctantsCoverTheWindowOnce) {
