@@ -21,7 +21,7 @@ float length_of_text(const char* option, const std::string& text) {
 
 void add_haze(SceneDescription& scene, float visibility) {
   // Fine droplets absorb little, and scatter forwards.
-  constexpr float kContrast = 3.912f, kAlbedo = 0.98f, kMeanCosine = 0.7f, kMargin = 0.02f;
+  constexpr float kContrast = 3.912f, kAlbedo = 0.98f, kMeanCosine = 0.7f;
   if (scene.geometry.triangle_count() == 0) {
     scene.notes.push_back("--haze has no effect: the scene has no surface");
     return;
@@ -34,12 +34,7 @@ void add_haze(SceneDescription& scene, float visibility) {
   haze.sigma_s = RGB(kContrast / visibility * kAlbedo);
   haze.sigma_a = RGB(kContrast / visibility * (1 - kAlbedo));
   haze.g = kMeanCosine;
-  Box3 box = scene.geometry.bounds();
-  for (const Camera& camera : scene.cameras) box.grow(camera.to_world.translation);
-  for (const Light& light : scene.lights)
-    if (light.kind != LightKind::directional) box.grow(light.position);
-  const float margin = kMargin * length(box.diagonal());
-  haze.bounds = Box3{box.min - Vec3{margin, margin, margin}, box.max + Vec3{margin, margin, margin}};
+  haze.bounds = box_of_air(scene.geometry.bounds(), scene.cameras, scene.lights);
   scene.ambient_medium = static_cast<std::uint32_t>(scene.media.size());
   scene.media.push_back(std::move(haze));
 }

@@ -24,10 +24,10 @@ StartMedia::StartMedia(const Tracer& tracer) {
     const Vec3 normal = scene.diffuse_triangle(triangle).normal;
     sides_.push_back({on_side(tracer, triangle, normal), on_side(tracer, triangle, -normal)});
   }
-  at_infinity_ = medium_at_infinity(scene);
+  around_ = {scene.ambient_medium(), false};
   for (const Light& light : scene.lights()) {
     const bool is_far = light.kind == LightKind::directional;
-    const PathMedium around = is_far ? at_infinity_ : medium_at_start(tracer, light.position, light.direction);
+    const PathMedium around = is_far ? around_ : medium_at_start(tracer, light.position, light.direction);
     sides_.push_back({around, around});
   }
   for (const MediumEmission& emission : scene.emissive_media()) {

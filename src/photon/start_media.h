@@ -15,7 +15,7 @@ class StartMedia {
   /// Around a photon that leaves a source, counted as in Scene::light_power(), in a direction.
   PathMedium of(const Scene& scene, std::uint32_t source, Vec3 direction) const {
     if (source == kNone) return {};
-    if (source >= sides_.size()) return at_infinity_;
+    if (source >= sides_.size()) return around_;
     const std::vector<std::uint32_t>& lamps = scene.emissive_triangles();
     return source < lamps.size() ? sides_[source].towards(direction, scene.diffuse_triangle(lamps[source]).normal)
                                  : sides_[source].front;
@@ -23,7 +23,7 @@ class StartMedia {
 
  private:
   std::vector<MediumSides> sides_;  // of emissive triangles, lights and media; none in scenes without media
-  PathMedium at_infinity_;
+  PathMedium around_;
 };
 
 /// Whether a photon that a medium emits starts where surfaces leave this medium out.

@@ -217,6 +217,16 @@ bool LightPowers::are_as(const std::vector<RGB>& others) const {
   return true;
 }
 
+Box3 box_of_air(const Box3& surfaces, const std::vector<Camera>& cameras, const std::vector<Light>& lights) {
+  constexpr float kMargin = 0.02f;  // of the diagonal
+  Box3 box = surfaces;
+  for (const Camera& camera : cameras) box.grow(camera.to_world.translation);
+  for (const Light& light : lights)
+    if (light.kind != LightKind::directional) box.grow(light.position);
+  const float margin = kMargin * length(box.diagonal());
+  return {box.min - Vec3{margin, margin, margin}, box.max + Vec3{margin, margin, margin}};
+}
+
 Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   d_.geometry.number_instances();
   check_description(d_);
@@ -226,6 +236,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
   add_default_camera(d_);
   if (d_.studio_light && needs_studio_light(d_)) add_studio_light(d_);
   geometry_ = std::make_shared<const Geometry>(std::exchange(d_.geometry, {}));
+  bound_ambient_medium();
   measure();
   note_origin(to_file_axes(origin_) + Vec3{0, 0, 0}, d_.notes);  // + 0 writes 0 in place of -0
   note_rounding(*geometry_, d_.origin_is_exact ? Vec3{0, 0, 0} : origin_, length(bounds_.diagonal()), d_.notes);
@@ -246,6 +257,7 @@ Scene::Scene(SceneDescription description) : d_(std::move(description)) {
     return;
   }
   add_studio_light(d_);
+  if (bound_ambient_medium()) measure();
   find_light_sources();
 }
 
@@ -275,15 +287,28 @@ Scene::Scene(const Scene& scene, SceneEdit edit)
   check_lights(d_);
   check_cameras(d_);
   normalize_lights(d_);
-  if (edit.geometry) {
-    const bool same_instances = edit.geometry->instances.size() == geometry_->instances.size();
-    geometry_ = std::move(edit.geometry);
+  const bool same_instances = !edit.geometry || edit.geometry->instances.size() == geometry_->instances.size();
+  const bool moves = edit.geometry != nullptr;
+  if (moves) geometry_ = std::move(edit.geometry);
+  if (bound_ambient_medium() || moves) {
     measure();
     emissive_media_ = find_emissive_media(d_.media, d_.materials, *geometry_, d_.ambient_medium);
     if (!same_instances) find_repeated();
   }
   find_light_sources();
   if (edit.lit_as && edit.lit_as->are_as(source_powers_)) light_power_ = std::move(edit.lit_as->choice);
+}
+
+bool Scene::bound_ambient_medium() {
+  if (d_.ambient_medium == kNone || d_.media[d_.ambient_medium].bounds) return false;
+  const bool is_lit_from_afar =
+      d_.environment || std::any_of(d_.lights.begin(), d_.lights.end(),
+                                    [](const Light& light) { return light.kind == LightKind::directional; });
+  if (!is_lit_from_afar) return false;
+  Medium& medium = d_.media[d_.ambient_medium];
+  medium.to_medium = {};
+  medium.bounds = box_of_air(geometry_->bounds(), d_.cameras, d_.lights);
+  return true;
 }
 
 void Scene::measure() {

@@ -97,11 +97,15 @@ struct Sphere {
   float radius = 0;  ///< metres
 };
 
+/// The box that a medium around a scene fills: its surfaces, cameras and lamps, and a margin.
+Box3 box_of_air(const Box3& surfaces, const std::vector<Camera>& cameras, const std::vector<Light>& lights);
+
 /// An immutable scene with the tables derived from its description. All its positions are relative to origin().
 class Scene {
  public:
   /// Checks all indices, moves a distant scene to the origin, adds a camera that frames the scene if it has none, and
-  /// the studio light if it has no light, unless the description refuses that. Throws Error for a scene without
+  /// the studio light if it has no light, unless the description refuses that. Where light comes from afar, which no
+  /// endless medium would let through, the ambient medium fills box_of_air(). Throws Error for a scene without
   /// triangles.
   explicit Scene(SceneDescription description);
   /// The same scene with other lights; shares the geometry. Adds no sky if nothing emits: then light_power() has a
@@ -214,6 +218,8 @@ class Scene {
   bool crosses_media() const { return crosses_media_; }
 
  private:
+  /// Gives the ambient medium bounds where it needs them. Returns whether it has changed.
+  bool bound_ambient_medium();
   void measure();
   void find_repeated();
   void find_light_sources();

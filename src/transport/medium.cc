@@ -104,14 +104,6 @@ PathMedium medium_until(const Scene& scene, PathMedium start, std::uint32_t tria
   return near == kUnnamed ? start : PathMedium{near, true};
 }
 
-PathMedium medium_at_infinity(const Scene& scene) {
-  const std::uint32_t ambient = scene.ambient_medium();
-  if (ambient == kNone || scene.media()[ambient].bounds) return {ambient, false};
-  const bool parted = std::any_of(scene.materials().begin(), scene.materials().end(),
-                                  [](const Material& m) { return m.inside != kUnnamed || m.outside != kUnnamed; });
-  return {parted ? kNone : ambient, false};
-}
-
 PathMedium medium_at_start(const Tracer& tracer, Vec3 position, Vec3 direction) {
   const Scene& scene = tracer.scene();
   PathState path;

@@ -26,9 +26,6 @@ MediumSides media_at(const Scene& scene, PathMedium arrived, std::uint32_t trian
 /// names that side, then the one that it meets: so bodies within a medium need no reference to it.
 /// @param start at the start of the piece @param triangle where it ends, or kNone
 PathMedium medium_until(const Scene& scene, PathMedium start, std::uint32_t triangle, Vec3 direction);
-/// Around paths that come from infinity. A medium without bounds would let nothing through: where surfaces part media,
-/// there is vacuum outside of them.
-PathMedium medium_at_infinity(const Scene& scene);
 /// The medium where a path starts that has met no surface: that on the near side of the first surface along the ray
 /// which names one there, behind others, too; else the ambient medium.
 PathMedium medium_at_start(const Tracer& tracer, Vec3 position, Vec3 direction);

@@ -225,6 +225,7 @@ TEST(MediaMaps, HaveBeamsInVeryThinMediaAlone) {
     SceneDescription d;
     d.media.push_back(medium_of(thin ? 0.01f : 0.03f, 1));
     d.ambient_medium = 0;
+    d.studio_light = false;
     add_box(d, {-1, -1, -1}, {1, 1, 1}, add_material(d, 0));
     const Scene scene(std::move(d));
     const Tracer tracer(scene);

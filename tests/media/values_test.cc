@@ -24,6 +24,54 @@ SceneDescription slab(Medium medium, float depth, float width) {
   return d;
 }
 
+enum class Cover { none, pane, plate };
+struct FarLight {
+  Cover cover;
+  Integrator integrator;
+};
+std::ostream& operator<<(std::ostream& out, const FarLight& of) {
+  return out << static_cast<int>(of.cover) << ' ' << static_cast<int>(of.integrator);
+}
+
+/// A black floor under a sun, perhaps below glass, in air that absorbs and goes on without end.
+SceneDescription floor_in_air(Cover cover, float sigma_a) {
+  SceneDescription d;
+  const std::uint32_t floor = add_material(d, 0), glass = add_material(d, 1);
+  d.materials[floor].outside = 0;
+  d.materials[glass].transmittance.value = RGB(1.0f);
+  d.materials[glass].kind = cover == Cover::pane ? MaterialKind::thin_dielectric : MaterialKind::dielectric;
+  add_quad(d, {-4, -4, 0}, {8, 0, 0}, {0, 8, 0}, floor);
+  if (cover == Cover::pane) add_quad(d, {-3, -3, 1}, {6, 0, 0}, {0, 6, 0}, glass);
+  if (cover == Cover::plate) add_box(d, {-3, -3, 1}, {3, 3, 1.1f}, glass);
+  d.media.push_back(medium_of(sigma_a, 0));
+  d.ambient_medium = 0;
+  d.lights.push_back(sun_at(0));
+  d.cameras.push_back(look_at({0, -1, 4}, {0, 0, 0}, {0, 0, 1}, 30));
+  return d;
+}
+
+class EndlessAir : public testing::TestWithParam<FarLight> {};
+
+TEST_P(EndlessAir, WeakensLightFromAfarAsFarAsTheSceneReaches) {
+  RenderSettings settings = by_photons(1, 16, 16, 200'000, "blocked");
+  settings.integrator = GetParam().integrator;
+  constexpr float kSigma = 0.1f, kHeight = 0.5f;
+  const Stage stage(floor_in_air(GetParam().cover, kSigma)), vacuum(floor_in_air(GetParam().cover, 0));
+  const auto at_height = [&](const Stage& s) { return irradiance(s, settings, {{0, 0, kHeight}}, {{0, 0, 1}})[0]; };
+  const float top = stage.scene->media()[0].bounds->max.z;
+  EXPECT_GT(top, 4);
+  EXPECT_NEAR(at_height(stage) / at_height(vacuum), std::exp(-kSigma * (top - kHeight)), 0.005);
+  EXPECT_NEAR(irradiance(stage, settings, {{0, 0, 1e-3f}}, {{0, 0, 1}})[0] / at_height(vacuum), std::exp(-kSigma * top),
+              0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, EndlessAir,
+    testing::Values(FarLight{Cover::none, Integrator::gather}, FarLight{Cover::none, Integrator::path},
+                    FarLight{Cover::none, Integrator::photons}, FarLight{Cover::pane, Integrator::gather},
+                    FarLight{Cover::pane, Integrator::path}, FarLight{Cover::pane, Integrator::photons},
+                    FarLight{Cover::plate, Integrator::gather}, FarLight{Cover::plate, Integrator::path}));
+
 struct SlabCase {
   float albedo, tau;
   double reflected[3], passed[3];  // sun along the normal, sun at 60 degrees, even light
