@@ -105,6 +105,21 @@ IntensityTable::IntensityTable(TablePole pole, std::vector<float> azimuths, std:
   hash_ = hash.value();
 }
 
+IntensityTable IntensityTable::mirrored() const {
+  const bool from_y = pole_ == TablePole::up;
+  const auto turned = [](std::vector<float> angles, float sum) {
+    std::reverse(angles.begin(), angles.end());
+    for (float& angle : angles) angle = sum - angle;
+    return angles;
+  };
+  std::vector<float> values;
+  for (std::size_t a = 0; a < azimuths_.size(); ++a)
+    for (std::size_t p = 0; p < polar_.size(); ++p)
+      values.push_back(from_y ? value(a, polar_.size() - 1 - p) : value(azimuths_.size() - 1 - a, p));
+  return {pole_, from_y ? azimuths_ : turned(azimuths_, 0), from_y ? turned(polar_, kPi) : polar_, std::move(values),
+          tilt_};
+}
+
 double IntensityTable::cell_integral(std::size_t azimuth, std::size_t polar) const {
   const double a = polar_[polar], b = polar_[polar + 1];
   const double first = 0.5 * (double{value(azimuth, polar)} + value(azimuth + 1, polar));

@@ -32,6 +32,8 @@ class IntensityTable {
   IntensityTable(TablePole pole, std::vector<float> azimuths, std::vector<float> polar_angles,
                  std::vector<float> values, TiltFactors tilt = {});
 
+  /// The table of a luminaire whose y axis is turned round, as a mirror shows it.
+  IntensityTable mirrored() const;
   /// The factor on all intensities for a luminaire that aims along `aim` (unit, y up).
   float tilt_factor(Vec3 aim) const;
   /// The intensity in a direction, without the tilt's factor. @param direction unit, in the luminaire's axes

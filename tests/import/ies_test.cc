@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "gltf_file.h"
 #include "import/ies/luminaire.h"
 #include "import/import.h"
 #include "import/scene_changes.h"
@@ -341,6 +342,48 @@ TEST_F(LuminaireScene, IsAGoniometricLightOfPbrt) {
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("a.pbrt:1"));
+  }
+}
+
+TEST_F(LuminaireScene, IsMirroredWhereItsPlaceIs) {
+  write("lamp.ies",
+        header("IESNA:LM-63-2002", "3 5", "1") + "0 45 90\n0 90 180 270 360\n9 1 2\n9 3 4\n9 5 6\n9 7 8\n9 1 2\n");
+  for (const char* type : {"2", "3"})
+    write(std::string("lamp") + type + ".ies",
+          header("IESNA:LM-63-2002", "3 3", type) + "-90 0 90\n-90 0 90\n1 2 3\n4 5 6\n7 8 9\n");
+  const auto light_of = [&](const std::string& suffix, const std::string& text) {
+    write("a" + suffix, text);
+    return load_scene((folder_ / ("a" + suffix)).string()).lights.at(0);
+  };
+  for (const std::string file : {"lamp.ies", "lamp2.ies", "lamp3.ies"}) {
+    const auto by_pbrt = [&](const std::string& scale) {
+      return light_of(".pbrt", "WorldBegin Rotate 50 1 2 3 Scale " + scale +
+                                   " LightSource \"goniometric\" \"string filename\" \"" + file +
+                                   "\" Rotate -20 3 1 1 Shape \"sphere\"\n");
+    };
+    const auto by_gltf = [&](const std::vector<float>& scale) {
+      GltfFile gltf;
+      gltf.add("nodes", {{"mesh", gltf.add_triangle()}});
+      gltf.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+          {{"type", "point"}, {"extras", {{"luminaire", file}}}}};
+      const int lamp = gltf.add(
+          "nodes", {{"rotation", {0.5, 0.1, 0.7, 0.5}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+      gltf.add("nodes", {{"scale", scale}, {"children", {lamp}}});
+      return light_of(".glb", gltf.glb());
+    };
+    // pbrt mirrors the lamp about its own x, glTF about that of the world.
+    const Light plain = by_pbrt("1 1 1"), mirrored = by_pbrt("-1 1 1");
+    const Light hung = by_gltf({1, 1, 1}), hung_mirrored = by_gltf({-1, 1, 1});
+    const Frame axes = luminaire_axes(plain.right, plain.direction);
+    for (const Vec3 d :
+         {Vec3{0.3f, 0.5f, 0.6f}, Vec3{-0.4f, 0.6f, 0.5f}, Vec3{0.2f, -0.7f, 0.4f}, Vec3{0, 0.4f, 0.9f}}) {
+      const Vec3 across = normalize(axes.to_world(d)), back = normalize(axes.to_world({-d.x, d.y, d.z}));
+      EXPECT_GT(table_intensity(plain, across), 0.5f);
+      EXPECT_NEAR(table_intensity(mirrored, back), table_intensity(plain, across), 1e-3f) << file;
+      const Vec3 there = normalize(luminaire_axes(hung.right, hung.direction).to_world(d));
+      EXPECT_NEAR(table_intensity(hung_mirrored, {-there.x, there.y, there.z}), table_intensity(hung, there), 1e-3f)
+          << file << " in glTF";
+    }
   }
 }
 

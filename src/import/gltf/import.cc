@@ -440,6 +440,7 @@ class GltfBuilder {
     if (!file.empty()) {
       const Vec3 across = to_world.x - light.direction * dot(to_world.x, light.direction);
       light.right = unit_or(across, Frame::from_normal(light.direction).s);
+      if (to_world.determinant() < 0) mirror_luminaire(light);
     } else if (source.type == "spot") {
       light.kind = LightKind::spot;
       light.cos_inner = static_cast<float>(std::cos(source.spot.innerConeAngle));

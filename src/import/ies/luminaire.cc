@@ -85,6 +85,8 @@ Light read_luminaire(const std::string& path, const std::string& lamps) {
   return light;
 }
 
+void mirror_luminaire(Light& light) { light.table = std::make_shared<const IntensityTable>(light.table->mirrored()); }
+
 bool is_luminaire_text(const std::string& text) {
   const std::size_t at = text.rfind('@');
   return at != std::string::npos && is_photometric_file(text.substr(0, at));

@@ -46,6 +46,9 @@ PhotometricFile read_photometric_file(const std::string& path, const std::string
 /// right. Throws Error as read_photometric_file() does.
 Light read_luminaire(const std::string& path, const std::string& lamps = "");
 
+/// Mirrors a luminaire's intensities in the plane of its right side and its aim, for a transform that mirrors it.
+void mirror_luminaire(Light& light);
+
 /// Whether a text of --light adds a luminaire: FILE@..., with the ending of a photometric file.
 bool is_luminaire_text(const std::string& text);
 

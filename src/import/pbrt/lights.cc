@@ -113,6 +113,7 @@ class LightBuilder {
     light.position = place_of({0, 0, 0});
     light.direction = direction_or_error(parameters_, to_world_.vector({0, 0, -1}));
     light.right = direction_or_error(parameters_, to_world_.vector({1, 0, 0}));
+    if (to_world_.determinant() < 0) mirror_luminaire(light);
     const float power = parameters_.real("power", -1);
     const float own = luminance(light_power(light, 0));
     if (power > 0 && own > 0) light.intensity *= power / own;
