@@ -97,7 +97,8 @@ Layers::Layers(const View& view) {
   f90 = dielectric_f90 * (1 - bsdf.metallic) + bsdf.metallic;
   const RGB dielectric = bsdf.diffuse * (1 - bsdf.metallic);
   const float through = refracts ? 0 : bsdf.diffuse_transmission;
-  const float scattered = inside ? 0 : 1 - bsdf.transmission_weight;
+  const float scattered = 1 - bsdf.transmission_weight;
+  clear = inside ? bsdf.transmission_weight : 1;
   diffuse = dielectric * (scattered * (1 - through));
   diffuse_through = bsdf.transmission * ((1 - bsdf.metallic) * scattered * through);
   transmitted = dielectric * bsdf.transmission_weight;
@@ -162,8 +163,8 @@ void Layers::set_means() {
     mean_left = clamp(mean_left, 0, 1);
     mean_rest = std::max(0.0f, mean_rest);
   }
-  const float under = inside ? 1 : mean_under_coat();
-  rest_color = metallic * multiple_color(mean_schlick(metal_f0, 1), std::min(1.0f, mean_rest / under));
+  if (inside) mean_left = RGB(1.0f);
+  rest_color = metallic * multiple_color(mean_schlick(metal_f0, 1), std::min(1.0f, mean_rest / mean_under_coat()));
 }
 
 Seen Layers::bare(Vec3 w) const {
@@ -228,6 +229,7 @@ RGB Layers::with_film(RGB plain, float cosine, RGB base) const {
   return iridescence > 0 ? lerp(plain, film(cosine, base), iridescence) : plain;
 }
 RGB Layers::fresnel(float cosine) const {
+  if (clear < 1) return lerp(dielectric_fresnel(cosine) * clear, metal_fresnel(cosine), metallic);
   if (totally_reflects(cosine)) return RGB(1.0f);
   const RGB plain = fresnel_schlick(cosine, f0, f90);
   if (!(iridescence > 0)) return plain;

@@ -31,6 +31,7 @@ struct Layers {
   float f90;
   RGB dielectric_f0;
   float dielectric_f90;
+  float clear;               // share of the dielectric's facets that reflect: inside, only those that transmit, too
   RGB diffuse, transmitted;  // shares of base colour that are reflected diffusely and transmitted
   RGB diffuse_through;       // share of the diffuse light that leaves on the other side
   float coat, coat_f0;       // no viewer inside sees the coat, but its light passes it
@@ -84,7 +85,7 @@ struct Layers {
   float under_coat(Vec3 w) const { return 1 - coat * fresnel_schlick(w.z, RGB(under_f0), under_f90).r; }
   float direct_under_coat(Vec3 w) const { return 1 - coat_reflects(w); }
   /// Mean share of light that passes the coat.
-  float mean_under_coat() const { return 1 - coat * mean_schlick(RGB(under_f0), under_f90).r; }
+  float mean_under_coat() const { return inside ? 1 : 1 - coat * mean_schlick(RGB(under_f0), under_f90).r; }
 
   /// Share of the light from a direction that facets of Schlick's Fresnel term reflect, under coat and sheen.
   float facets(const Seen& at, float f0, float f90) const;
@@ -92,7 +93,9 @@ struct Layers {
   RGB dielectric_facets(const Seen& at) const { return facets(at, dielectric_f0, dielectric_f90, film_dielectric); }
   RGB metal_facets(const Seen& at) const { return facets(at, metal_f0, 1, film_metal); }
   /// D and W.
-  RGB left(const Seen& at) const { return clamp(RGB(1 - on_top(at)) - dielectric_facets(at), 0, 1); }
+  RGB left(const Seen& at) const {
+    return inside ? RGB(1.0f) : clamp(RGB(1 - on_top(at)) - dielectric_facets(at), 0, 1);
+  }
   float rest(const Seen& at) const { return std::max(0.0f, 1 - on_top(at) - facets(at, 1.0f, 1.0f)); }
 
   /// f over D(wi) of a diffuse base of this albedo. The coat returns some of the light from all that is under it.

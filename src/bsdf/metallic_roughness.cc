@@ -14,8 +14,9 @@
 //   Schlick's term of the coat's mean albedo takes its place. Light that the coat returns as it would at normal
 //   incidence meets the facets again in the same lobe, other light is part of D and W.
 // - Transmission passes through each facet that does not reflect. Thin: straight through, spread by the same lobe
-//   mirrored. Not thin: refracted; the surface then has an inside, which sees neither coat nor diffuse reflection.
-//   Light that meets several facets leaves on both sides (multiple.h).
+//   mirrored. Not thin: refracted; the surface then has an inside, which does not see the coat. There, the share that
+//   does not transmit is paint on the glass: it reflects diffusely, without facets. Light that meets several facets
+//   leaves on both sides (multiple.h).
 // - Diffuse light is reflected or transmitted, by KHR_materials_diffuse_transmission; not on refracting surfaces.
 // - Sheen is on top of all layers except the coat (not on refracting surfaces). It weakens facets by the larger of its
 //   albedos at the two directions (KHR_materials_sheen, "Albedo-scaling technique").
@@ -260,7 +261,8 @@ FacetAlbedos rough_albedos(const Layers& layers, const View& view, const Multipl
   const float t = read(Boundary::transmit_inside), r = read(Boundary::reflect_inside);
   // A metal reflects what a dielectric does at total reflection, and its colour of what that would transmit.
   const float transmitted = std::max(0.0f, at.scale + at.bias - r);
-  out.reflected = RGB(r) + layers.metal_f0 * (layers.metallic * transmitted);
+  out.reflected =
+      lerp(RGB(r * layers.clear), RGB(r), layers.metallic) + layers.metal_f0 * (layers.metallic * transmitted);
   float returned = 0;
   if (layers.coat > 0) {
     const float all = read(Boundary::schlick_passed), grazing = read(Boundary::schlick_passed_out);

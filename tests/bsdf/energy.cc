@@ -127,6 +127,11 @@ std::vector<BsdfCase> white_materials(float alpha) {
   cases.push_back({"glTF glass", b});
   b.specular_weight = 0.3f;
   cases.push_back({"glTF glass of little reflection", b});
+  for (const float metallic : {0.0f, 0.3f}) {
+    b = metallic_roughness(white, metallic, alpha);
+    b.transmission_weight = 0.4f;
+    cases.push_back({"glTF glass with paint on it, of metal " + std::to_string(metallic), b});
+  }
   b = metallic_roughness(white, 0, alpha);
   b.diffuse_transmission = 0.6f;
   b.transmission = white;
