@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "gather/camera_policy.h"
 #include "gather/camera_rays.h"
+#include "gather/light_edges.h"
 #include "gather/medium_walk.h"
 #include "transport/medium.h"
 
@@ -43,28 +44,46 @@ class BlockTracer {
         lights_(tracer, radiance),
         walk_(tracer, radiance, lights_, memory.segments, settings.photons_alone),
         policy_(tracer, settings, radiance, first_hit, lights_, memory.points, memory.queue.branches),
+        edges_(tracer, camera, settings),
         crosses_media_(tracer.scene().crosses_media()),
         camera_medium_(camera_medium(tracer, camera)) {}
 
   void trace(int x0, int y0) {
     memory_.points.clear();
     memory_.segments.clear();
-    follow_paths(x0, y0);
-    for (std::uint32_t i = 0; settings_.surface_samples && i < kSurfaceSamples; ++i) {
-      policy_.sequence = CameraSequence(i);
-      follow_paths(x0, y0);
+    const auto create = [&](const BlockPixels& without) {
+      memory_.camera.create(camera_, task_, first_slot_, settings_, policy_.sequence, x0, y0, without);
+      follow_paths(task_, [&](std::size_t) { return policy_.sequence; });
+    };
+    create({});
+    if (!settings_.surface_samples) return;
+    BlockPixels edges;
+    if (!crosses_media_) edges = edges_.find(x0, y0);
+    for (std::uint32_t i = 0; i < kSurfaceSamples; ++i) {
+      policy_.sequence = CameraSequence(kSurfaceSamples, i);
+      create(edges);
+    }
+    if (edges.none()) return;
+    policy_.sequence = CameraRays::sequence_at(0);
+    for (std::uint32_t sample = 0; sample < task_.sample_count; ++sample) {
+      CameraTask one = task_;
+      one.first_sample += sample;
+      one.sample_count = 1;
+      memory_.camera.create_at(edges, camera_, one, first_slot_ + sample * task_.pixel_count(), settings_, x0, y0);
+      follow_paths(one, [](std::size_t ray) { return CameraRays::sequence_at(ray); });
     }
   }
-  std::uint64_t rays_traced() const { return rays_traced_; }
-  std::uint64_t shadow_rays() const { return lights_.shadow_rays; }
+  std::uint64_t rays_traced() const { return rays_traced_ + edges_.rays; }
+  std::uint64_t shadow_rays() const { return lights_.shadow_rays + edges_.shadow_rays; }
 
  private:
-  void follow_paths(int x0, int y0) {
+  /// Follows the paths of `memory_.camera`. @param sequence_of their random numbers, by ray
+  template <typename SequenceOf>
+  void follow_paths(const CameraTask& task, const SequenceOf& sequence_of) {
     PathQueue<CameraPath>& queue = memory_.queue;
     queue.clear();
-    memory_.camera.create(camera_, task_, first_slot_, settings_, policy_.sequence, x0, y0);
-    intersect_camera_rays();
-    for (std::size_t i = 0; i < memory_.hits.size(); ++i) see(i);
+    intersect_camera_rays(task.sample_count);
+    for (std::size_t i = 0; i < memory_.hits.size(); ++i) see(i, memory_.camera.sample_of(i, task), sequence_of(i));
     lights_.add_waiting(radiance_.sun.empty() ? radiance_.direct : radiance_.sun);
     for (int bounce = 1; !queue.empty(); ++bounce) {
       rays_traced_ += queue.step(tracer_, [&](CameraPath& path, Hit& hit) {
@@ -76,22 +95,21 @@ class BlockTracer {
 
   /// Traces one sample after another: the number of samples of the task must not change which rays share a packet,
   /// because the last bits of a coherent ray's hit depend on that.
-  void intersect_camera_rays() {
+  void intersect_camera_rays(std::uint32_t samples) {
     const std::span<const Ray> rays(memory_.camera.rays);
     memory_.hits.resize(rays.size());
     const std::span<Hit> hits(memory_.hits);
-    const std::size_t each = rays.size() / task_.sample_count;
+    const std::size_t each = rays.size() / samples;
     for (std::size_t first = 0; first < rays.size(); first += each)
       tracer_.intersect(rays.subspan(first, each), hits.subspan(first, each), RayOrder::camera);
     rays_traced_ += rays.size();
   }
 
   /// Processes the hit of camera ray i. Its path joins the queue if it continues.
-  void see(std::size_t i) {
+  void see(std::size_t i, std::uint32_t sample, const CameraSequence& sequence) {
     const CameraRays& rays = memory_.camera;
     const std::uint32_t slot = rays.slot[i], pixel = rays.pixel[i];
     if (slot == kNone) return;
-    const CameraSequence& sequence = policy_.sequence;
     const Ray& ray = rays.rays[i];
     Hit hit = memory_.hits[i];
     if (!crosses_media_ || ray.t_max < 0) {
@@ -99,7 +117,6 @@ class BlockTracer {
       if (ray.t_max < 0) return;
       if (hit.triangle != kNone && policy_.ends_on_diffuse(slot, hit)) return;
     }
-    const std::uint32_t sample = rays.sample_of(i, task_);
     Sampler sampler(SamplerKind::sobol, settings_.seed, sequence.stream_of(pixel), sequence.place_of(sample));
     // Film and lens have used the first two pairs.
     for (int taken = 0; taken < 2; ++taken) (void)sampler.next2();
@@ -132,6 +149,7 @@ class BlockTracer {
   LightAdder lights_;
   MediumWalk walk_;
   CameraPolicy policy_;
+  LightEdges edges_;
   const bool crosses_media_;
   const PathMedium camera_medium_;
   std::uint64_t rays_traced_ = 0;

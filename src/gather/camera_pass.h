@@ -15,8 +15,8 @@ namespace glowworm {
 
 /// Surface samples of each camera sample: camera paths that find emission, albedo and the light that specular lobes
 /// reflect of lamps and suns, but no gather points. They cost little, and textures, edges, lamps, glossy details and
-/// suns need more samples than other light. They follow the specular lobes of every surface, and at first both
-/// reflection and refraction, so that reflected lamps have little noise.
+/// suns need more samples than other light; pixels at edges of light have four times as many (gather/light_edges.h).
+/// They follow specular lobes, and at first both reflection and refraction: reflected lamps have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
 struct CameraPassSettings {

@@ -10,10 +10,6 @@ namespace {
 /// a lamp that is rarely chosen would make single bright pixels.
 constexpr int kSplitBounces = 4;
 
-void add_surface_sample(std::vector<RGB>& target, std::uint32_t slot, RGB value) {
-  target[slot] += value * (1.0f / kSurfaceSamples);
-}
-
 bool survives(CameraPath& path, float weight, float least, int bounce) {
   return survive(path, weight, least, bounce + 1, [&] { return path.sampler.next1(); }) > 0;
 }
@@ -35,7 +31,7 @@ CameraPolicy::CameraPolicy(const Tracer& tracer, const CameraPassSettings& setti
 bool CameraPolicy::ends_on_diffuse(std::uint32_t slot, const Hit& hit) {
   DiffusePoint point;
   if (!sequence.of_surface() || takes_suns() || !diffuse_vertex(scene_, hit, point)) return false;
-  add_surface_sample(first_hit_.surface_albedo, slot, point.reflectance);
+  first_hit_.surface_albedo[slot] += point.reflectance * sequence.share();
   return true;
 }
 
@@ -50,14 +46,14 @@ bool CameraPolicy::advance(CameraPath& path, const Hit& hit, int bounce) {
 
 void CameraPolicy::add_emitted(std::uint32_t slot, RGB light, std::uint32_t source) {
   if (sequence.of_surface())
-    add_surface_sample(radiance_.surface_emitted, slot, light);
+    radiance_.surface_emitted[slot] += light * sequence.share();
   else
     radiance_.add(radiance_.emitted, slot, light, source);
 }
 
 bool CameraPolicy::scatter(CameraPath& path, const Vertex& vertex, int bounce) {
   if (bounce == 0 && sequence.of_surface())
-    add_surface_sample(first_hit_.surface_albedo, path.slot, vertex.surface().albedo(vertex.wo, kAllLobes));
+    first_hit_.surface_albedo[path.slot] += vertex.surface().albedo(vertex.wo, kAllLobes) * sequence.share();
   else if (bounce == 0)
     first_hit_.see(path.slot, vertex);
   // Surface samples see light through the specular lobes, and that of directional lights.
@@ -75,10 +71,9 @@ bool CameraPolicy::scatter(CameraPath& path, const Vertex& vertex, int bounce) {
 /// Takes one of the directional lights as the sun of a vertex, with all lobes that are not smooth.
 void CameraPolicy::find_sun(CameraPath& path, const Vertex& vertex) {
   if (!takes_light_samples(vertex.bsdf)) return;
-  LightSample sample = sample_directional(scene_, vertex.point.position, path.sampler.next1());
-  sample.pdf *= kSurfaceSamples;
+  const LightSample sample = sample_directional(scene_, vertex.point.position, path.sampler.next1());
   UnoccludedLight light = reflected_light(sample, vertex, kAllLobes, kAllLobes);
-  light.radiance *= path.throughput;
+  light.radiance *= path.throughput * sequence.share();
   lights_.wait(path.slot, light);
 }
 
@@ -111,7 +106,7 @@ void CameraPolicy::add_specular_light(CameraPath& path, const Vertex& vertex, RG
 bool CameraPolicy::follow_surface_sample(CameraPath& path, const Vertex& vertex, int bounce) {
   const float u_lobe = path.sampler.next1();
   const Vec2 u = path.sampler.next2();
-  add_specular_light(path, vertex, path.throughput * (1.0f / kSurfaceSamples));
+  add_specular_light(path, vertex, path.throughput * sequence.share());
   if (bounce < kSplitBounces) {
     const SmoothLobes lobes = smooth_lobes(vertex);
     if (lobes.count == 2) {

@@ -152,6 +152,75 @@ Light directional(Vec3 direction, RGB irradiance) {
   return light;
 }
 
+/// A wall that a sun lights beside the shadow of a board, seen from the front: the edge of the shadow is upright at
+/// x = 0.13 m, and pixels have a side of 0.1 m.
+SceneDescription wall_with_shadow() {
+  SceneDescription d;
+  d.materials.emplace_back().reflectance.value = RGB(0.5f);
+  add_quad(d, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0});
+  add_quad(d, {-9, -9, 6}, {9.13f, 0, 0}, {0, 18, 0});
+  d.lights = {directional({0, 0, -1}, RGB(2))};
+  d.cameras.push_back(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(0.8f / 4) * 180 / kPi));
+  return d;
+}
+
+/// Pixels at an edge of light have four times as many surface samples as others, without bias.
+TEST(SurfaceSamples, AreMoreAtEdgesOfLight) {
+  constexpr int kSide = 16, kSamples = 256, kColumn = 9;
+  constexpr double kLit = 0.7;  // of that column: the edge lies at 9.3 pixels
+  const Scene scene(wall_with_shadow());
+  const Tracer tracer(scene);
+  CameraPassSettings settings;
+  settings.width = settings.height = kSide;
+  settings.surface_samples = settings.suns = true;
+  Seen seen;
+  Statistics statistics;
+  camera_pass(tracer, scene.camera(""), CameraTask{0, 0, kSide, kSide, 0, kSamples}, settings, seen.radiance,
+              seen.first_hit, statistics);
+  const auto lit = [&](std::size_t sample, int x, int y) {
+    return double{
+               seen.radiance.sun[(sample * kSide + static_cast<std::size_t>(y)) * kSide + static_cast<std::size_t>(x)]
+                   .g} *
+           kPi / (0.5 * 2);
+  };
+  double sum = 0, squares = 0;
+  constexpr double kCount = kSide * kSamples;
+  for (std::size_t sample = 0; sample < kSamples; ++sample)
+    for (int y = 0; y < kSide; ++y) {
+      EXPECT_NEAR(lit(sample, kColumn - 1, y), 0, 1e-6);
+      EXPECT_NEAR(lit(sample, kColumn + 1, y), 1, 1e-3);
+      sum += lit(sample, kColumn, y);
+      squares += std::pow(lit(sample, kColumn, y) - kLit, 2);
+    }
+  EXPECT_NEAR(sum / kCount, kLit, 4 * std::sqrt(squares) / kCount);
+  // Four samples have strata of a quarter of the pixel, and the edge cuts the last but one of these at 0.8.
+  constexpr double kOfFour = 0.8 * 0.2 / (4 * 4);
+  EXPECT_LT(squares / kCount, kOfFour / 4);
+}
+
+/// Which pixels these are does not depend on the task.
+TEST(SurfaceSamples, AreThoseOfTheWholePicture) {
+  const Scene scene(wall_with_shadow());
+  const Tracer tracer(scene);
+  CameraPassSettings settings;
+  settings.width = settings.height = 16;
+  settings.surface_samples = settings.suns = true;
+  const auto seen_by = [&](CameraTask task) {
+    Seen seen;
+    Statistics statistics;
+    camera_pass(tracer, scene.camera(""), task, settings, seen.radiance, seen.first_hit, statistics);
+    return seen;
+  };
+  const Seen whole = seen_by({0, 0, 16, 16, 0, 3}), part = seen_by({9, 2, 11, 7, 1, 2});
+  for (std::size_t sample = 0; sample < 2; ++sample)
+    for (std::size_t y = 0; y < 5; ++y)
+      for (std::size_t x = 0; x < 2; ++x) {
+        const std::size_t of_part = (sample * 5 + y) * 2 + x, of_whole = ((sample + 1) * 16 + y + 2) * 16 + x + 9;
+        EXPECT_EQ(part.radiance.sun[of_part], whole.radiance.sun[of_whole]);
+        EXPECT_EQ(part.first_hit.surface_albedo[of_part], whole.first_hit.surface_albedo[of_whole]);
+      }
+}
+
 /// Surface samples bring the light of two suns that light samples bring, on diffuse, rough and coated surfaces, beside
 /// a board and its shadow, with less noise. Each surface has as many pixels as the others.
 TEST(SlowSurfaceSamples, FindTheLightOfDirectionalLights) {

@@ -1,0 +1,37 @@
+// Pixels where the light that surface samples find has an edge.
+#pragma once
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+
+#include "gather/camera_pass.h"
+#include "points/gather_points.h"
+#include "scene/camera.h"
+#include "trace/tracer.h"
+
+namespace glowworm {
+
+/// Pixels of a block (CameraTask::kBlock), by index_in_block().
+using BlockPixels = std::bitset<std::size_t{CameraTask::kBlock} * CameraTask::kBlock>;
+inline std::size_t index_in_block(int x, int y) {
+  return static_cast<std::size_t>(y % CameraTask::kBlock * CameraTask::kBlock + x % CameraTask::kBlock);
+}
+
+/// Finds the pixels at whose corners emission, with the light of a sun at first hits, differs by a factor of two. Only
+/// the corners tell, so samples that depend on the answer have no bias, and all samples of a pixel have the same one.
+class LightEdges {
+ public:
+  std::uint64_t rays = 0, shadow_rays = 0;  ///< traced
+
+  LightEdges(const Tracer& tracer, const Camera& camera, const CameraPassSettings& settings)
+      : tracer_(tracer), camera_(camera), settings_(settings) {}
+  /// @param x0, y0 upper left corner of the block
+  BlockPixels find(int x0, int y0);
+
+ private:
+  const Tracer& tracer_;
+  const Camera& camera_;
+  const CameraPassSettings& settings_;
+};
+
+}  // namespace glowworm
