@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/parallel.h"
+#include "filter/light_filter.h"
 
 namespace glowworm {
 
@@ -117,8 +118,8 @@ struct EdgeWindow {
   std::size_t count = 0;                                                        ///< of them
   double weights = 0;                                                           ///< sum over them, without levels
   double level = 0;                                                             ///< their luminance
-  double noisy = 1;            ///< sum of the weights of the noisy pixels, with 1 for the central one
-  double noise = 0;            ///< weighted variances of the other noisy pixels
+  double noisy = 1;            ///< sum of the weights of the noisy pixels at edges, with 1 for the central one
+  double noise = 0;            ///< weighted variances of the others of these
   double sample_variance = 0;  ///< of a sample without filter, from the variances of all but the central pixel
 };
 
@@ -164,8 +165,9 @@ class EdgeFilter {
     const double share = own_variance / (own_variance + fit_variance);
     const double part = share * trust(step * step / (own_variance + fit_variance));
     // A pixel with more noise than all others at edges has met a rare bright sample. It is within what the pixel's own
-    // variance allows, and its light belongs to all of them.
-    const double allowed = variance > window.noise ? std::max<double>(own_variance, variance) : own_variance;
+    // variance allows, and its light belongs to all of them. Beside a lamp such light belongs to the pixel.
+    const bool is_rare = shows_edge(picture_.normal[pixel]) && variance > window.noise;
+    const double allowed = is_rare ? std::max<double>(own_variance, variance) : own_variance;
     const double rare = share * trust(step * step / (allowed + fit_variance)) - part;
     const RGB fitted{static_cast<float>(predicted[0]), static_cast<float>(predicted[1]),
                      static_cast<float>(predicted[2])};
@@ -179,6 +181,7 @@ class EdgeFilter {
   /// @param spread of each pixel, by filter()
   RGB spread_to(std::size_t pixel, const std::vector<RGB>& spread) const {
     RGB sum;
+    if (!shows_edge(picture_.normal[pixel])) return sum;
     for_window(pixel, [&](std::size_t i) {
       if (is_black(spread[i])) return;
       sum += spread[i] * static_cast<float>(alike(features_of(pixel, i, per_metre(i))));
@@ -217,6 +220,7 @@ class EdgeFilter {
       log_variance += weight * std::log(picture_.variance[i] * picture_.samples[i] + 1e-30);
       all_weights += weight;
       if (is_noisy(i)) {
+        if (!shows_edge(picture_.normal[i])) return;
         out.noisy += weight;
         out.noise += weight * variance_[i];
         return;

@@ -78,10 +78,10 @@ inline constexpr float kFullWeight = 0.5f, kNoWeight = 2.0f;
 /// Where few samples meet light, the noise of two sides differs by as much by chance. Beside a lamp that nearly touches
 /// a surface the ratio is below 1e-3.
 inline constexpr float kSameNoise = 0.1f;
-/// Share of the squared luminance of all light that is added to the noise of a sample. So noise below 7% of the light
+/// Share of the squared luminance of all light that is added to the noise of a sample. So noise below 4% of the light
 /// does not separate pixels. Without it the end of a penumbra is ragged, because some pixels there meet no light by
 /// chance and then have no noise. The blur that it allows changes a pixel by a few percent at most.
-inline constexpr float kLeastNoise = 0.005f;
+inline constexpr float kLeastNoise = 0.002f;
 /// A pixel's spread counts in its own noise up to this share of the sum of the others in the window, and, where lone
 /// pixels may be lit, what exceeds kHidden of the squared light around. So a pixel that has met rare light, where
 /// hardly any other has, is not separated from them and left as a speck, if its light changes them by a few percent at

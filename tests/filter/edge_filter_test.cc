@@ -121,6 +121,26 @@ TEST(EdgeFilter, SpreadsTheLightOfARareSampleAlongTheEdge) {
   EXPECT_LT(largest, 0.5);
 }
 
+/// Beside a lamp that nearly touches a surface, the light filter leaves noise, too, but few pixels are lit there.
+TEST(EdgeFilter, LeavesRareLightWhereASurfaceHasNoEdge) {
+  SlantedEdge lamp(0.1f, 0);
+  constexpr std::size_t kSpeck = 8 * kEdgeSide + 6;
+  for (std::size_t i = kSpeck - 4; i <= kSpeck + 4; ++i) {
+    ASSERT_FALSE(at_edge(i));
+    lamp.variance[i] = lamp.picture.variance[i];
+  }
+  SlantedEdge other = lamp;
+  lamp.radiance[kSpeck] += RGB(1);
+  lamp.variance[kSpeck] = lamp.picture.variance[kSpeck] = 1;
+  lamp.filter();
+  other.filter();
+  EXPECT_GT(lamp.radiance[kSpeck].g, 1.9);
+  float added = 0;
+  for (std::size_t i = 0; i < lamp.radiance.size(); ++i)
+    if (i != kSpeck) added = std::max(added, std::abs(lamp.radiance[i].g - other.radiance[i].g));
+  EXPECT_LT(added, 0.01f);
+}
+
 TEST(EdgeFilter, LeavesPicturesOfOneSample) {
   SlantedEdge edge(0.1f, 0);
   edge.picture.samples[7] = 1;
