@@ -17,8 +17,8 @@ inline std::size_t index_in_block(int x, int y) {
   return static_cast<std::size_t>(y % CameraTask::kBlock * CameraTask::kBlock + x % CameraTask::kBlock);
 }
 
-/// Finds the pixels at whose corners emission, with the light of a sun at first hits, differs by a factor of two. Only
-/// the corners tell, so samples that depend on the answer have no bias, and all samples of a pixel have the same one.
+/// Finds the pixels at whose corners emission, with the light of a sun at first hits, differs by a factor of two. The
+/// corners alone decide: so samples that depend on the answer have no bias, and it is the same for all of a pixel.
 class LightEdges {
  public:
   std::uint64_t rays = 0, shadow_rays = 0;  ///< traced
