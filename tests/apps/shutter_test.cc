@@ -120,7 +120,9 @@ TEST_F(ShutterTest, ACameraThatMovesTracesPhotonsOnce) {
   const nlohmann::json still = read_json("still.json"), blurred = read_json("blurred.json");
   EXPECT_EQ(blurred["passes"], 8);
   EXPECT_EQ(blurred["count"]["photons_emitted"], still["count"]["photons_emitted"]);
-  EXPECT_EQ(blurred["count"]["camera_rays"], still["count"]["camera_rays"]);
+  // Pixels at edges of light have more rays, and moments differ in these.
+  const double rays = still["count"]["camera_rays"];
+  EXPECT_NEAR(blurred["count"]["camera_rays"], rays, 0.02 * rays);
 }
 
 TEST_F(ShutterTest, WhereNothingMovesThePictureIsThatWithoutIt) {
