@@ -26,7 +26,8 @@ struct EdgePicture {
 ///
 /// The prediction and the pixel's own mean are weighted by their inverse variances, so the result converges to the mean
 /// of the samples. The variance comes from the neighbours: a pixel's own would favour dark samples.
-/// A pixel with more noise than all others at edges in its window has met rare light, which is spread over them.
+/// A pixel at an edge of surfaces with more noise than all others of these in its window has met rare light, which is
+/// spread over them. Elsewhere, as beside a lamp, such light stays.
 ///
 /// The same bits for any number of threads; linear in pixels. Nothing changes if a pixel has fewer than two samples.
 /// @param radiance W sr^-1 m^-2, of filter_light(); changed in place

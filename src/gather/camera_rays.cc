@@ -18,6 +18,11 @@ std::uint32_t slot_of(const CameraTask& task, std::size_t first_slot, int x, int
 
 }  // namespace
 
+Ray ray_through(const Camera& camera, const CameraPassSettings& settings, Vec2 film, Vec2 lens) {
+  const CameraRay ray = generate_ray(camera, film, settings.width, settings.height, lens);
+  return {ray.origin, 0, ray.direction, ray.is_blind() ? -1 : std::numeric_limits<float>::infinity()};
+}
+
 void CameraRays::create(const Camera& camera, const CameraTask& task, std::size_t first_slot,
                         const CameraPassSettings& settings, const CameraSequence& sequence, int x0, int y0,
                         const BlockPixels& without) {
@@ -72,9 +77,7 @@ void CameraRays::add_ray(const Camera& camera, const CameraPassSettings& setting
                          Vec2 lens) {
   const auto width = static_cast<std::uint32_t>(settings.width);
   const Vec2 film{static_cast<float>(at % width) + in_pixel.x, static_cast<float>(at / width) + in_pixel.y};
-  const CameraRay ray = generate_ray(camera, film, settings.width, settings.height, lens);
-  // A ray that ends before it starts meets nothing.
-  rays.push_back({ray.origin, 0, ray.direction, ray.is_blind() ? -1 : std::numeric_limits<float>::infinity()});
+  rays.push_back(ray_through(camera, settings, film, lens));
 }
 
 void CameraRays::create(const Camera& camera, const CameraPassSettings& settings, const CameraSequence& sequence,

@@ -36,6 +36,10 @@ class CameraSequence {
   std::uint32_t count_ = 0, number_ = 0;
 };
 
+/// The ray through a place of the film, in pixels. A ray that ends before it starts meets nothing.
+/// @param lens in [0, 1)^2
+Ray ray_through(const Camera& camera, const CameraPassSettings& settings, Vec2 film, Vec2 lens);
+
 /// The camera rays of a block, one sample of all its pixels after another. Arrays of one length.
 struct CameraRays {
   std::vector<Ray> rays;

@@ -1,10 +1,10 @@
 #include "gather/light_edges.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "gather/camera_rays.h"
 #include "transport/light_connection.h"
 #include "transport/step.h"
 
@@ -23,11 +23,8 @@ BlockPixels LightEdges::find(int x0, int y0) {
             rows = std::min(CameraTask::kBlock, settings_.height - y0);
   std::vector<Ray> corners;
   for (int y = 0; y <= rows; ++y)
-    for (int x = 0; x <= columns; ++x) {
-      const Vec2 film{static_cast<float>(x0 + x), static_cast<float>(y0 + y)};
-      const CameraRay ray = generate_ray(camera_, film, settings_.width, settings_.height, {});
-      corners.push_back({ray.origin, 0, ray.direction, ray.is_blind() ? -1 : std::numeric_limits<float>::infinity()});
-    }
+    for (int x = 0; x <= columns; ++x)
+      corners.push_back(ray_through(camera_, settings_, {static_cast<float>(x0 + x), static_cast<float>(y0 + y)}, {}));
   std::vector<Hit> hits(corners.size());
   tracer_.intersect(corners, hits, RayOrder::camera);
   rays += corners.size();
