@@ -93,17 +93,21 @@ ChiSquaredResult chi_squared_sphere(const SampleDirection& sample_direction, con
   }
   ChiSquaredResult result;
   const double pi = std::acos(-1.0);
-  const auto in_cylinder = [&](double z, double phi) {
-    const double r = std::sqrt(std::max(0.0, 1 - z * z));
-    return static_cast<double>(density(
-        Vec3{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)), static_cast<float>(z)}));
-  };
   for (int i = 0; i < cosine_bins; ++i) {
+    // By distances from the nearer pole, over which narrow lobes around a pole are as wide as elsewhere.
+    const double z0 = 2.0 * i / cosine_bins - 1, z1 = 2.0 * (i + 1) / cosine_bins - 1, pole = z0 + z1 < 0 ? -1 : 1;
+    const auto in_distance = [&](double distance, double phi) {
+      const double square = distance * distance, r = distance * std::sqrt(std::max(0.0, 2 - square));
+      return 2 * distance *
+             density(Vec3{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
+                          static_cast<float>(pole * (1 - square))});
+    };
+    const double near = std::sqrt(std::min(1 - pole * z0, 1 - pole * z1));
+    const double far = std::sqrt(std::max(1 - pole * z0, 1 - pole * z1));
     for (int j = 0; j < angle_bins; ++j) {
-      const double z0 = 2.0 * i / cosine_bins - 1, z1 = 2.0 * (i + 1) / cosine_bins - 1;
       const double phi0 = 2 * pi * j / angle_bins - pi, phi1 = 2 * pi * (j + 1) / angle_bins - pi;
-      const double share = integrate_rectangle(in_cylinder, z0, z1, phi0, phi1, 1e-6, 0, 12,
-                                               gauss_rectangle(in_cylinder, z0, z1, phi0, phi1));
+      const double share = integrate_rectangle(in_distance, near, far, phi0, phi1, 1e-5, 0, 12,
+                                               gauss_rectangle(in_distance, near, far, phi0, phi1));
       expected[i * angle_bins + j] = share * samples;
       result.integral += share;
     }
