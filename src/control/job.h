@@ -22,6 +22,7 @@
 #include "film/earlier_frames.h"
 #include "film/film.h"
 #include "film/filtered.h"
+#include "gather/light_edges.h"
 #include "glowworm/statistics.h"
 #include "maps/pass.h"
 #include "maps/photon_guiding.h"
@@ -228,7 +229,7 @@ class Job {
   void put(CameraTasks places, const TaskResult& result);
   void put(const CameraTask& task, const Film& film);
   PhotonMapSettings map_settings(const RenderSettings& s, std::uint32_t pass) const;
-  PassSettings pass_settings() const;
+  PassSettings pass_settings();
   View view() const;
   /// What photons and gather rays are guided to.
   View guide_view() const;
@@ -283,6 +284,7 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
+  KnownLightEdges edges_;
   SquareSamples round_;  // under way; empty: none
   mutable std::mutex done_mutex_;
   mutable std::condition_variable done_changes_;

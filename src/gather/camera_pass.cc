@@ -58,7 +58,8 @@ class BlockTracer {
     create({});
     if (!settings_.surface_samples) return;
     BlockPixels edges;
-    if (!crosses_media_) edges = edges_.find(x0, y0);
+    const auto find = [&] { return edges_.find(x0, y0); };
+    if (!crosses_media_) edges = settings_.edges ? settings_.edges->of_block(x0, y0, find) : find();
     for (std::uint32_t i = 0; i < kSurfaceSamples; ++i) {
       policy_.sequence = CameraSequence(kSurfaceSamples, i);
       create(edges);

@@ -19,6 +19,8 @@ namespace glowworm {
 /// They follow specular lobes, and at first both reflection and refraction: reflected lamps have little noise.
 inline constexpr std::uint32_t kSurfaceSamples = 4;
 
+class KnownLightEdges;
+
 struct CameraPassSettings {
   int width = 0, height = 0;  ///< size of the whole picture, pixels
   std::uint32_t seed = 0;
@@ -33,6 +35,7 @@ struct CameraPassSettings {
   /// sky_rays() finds these surfaces.
   bool glints_apart = false;
   bool photons_alone = false;  ///< SlotRadiance::medium is without light that media emit or scatter straight from lamps
+  KnownLightEdges* edges = nullptr;    ///< of earlier passes of this view, for surface samples; null: none are known
   VolumeSegments* segments = nullptr;  ///< takes the ways of camera rays through media, by slot; null: no media
 };
 

@@ -61,6 +61,7 @@ class PassRenderer {
     camera_settings.seed = settings_.seed;
     camera_settings.places = settings_.places;
     camera_settings.surface_samples = settings_.surface_samples;
+    camera_settings.edges = settings_.edges;
     camera_settings.suns = finds_suns();
     camera_settings.glints_apart = !takes_delta_lights();
     camera_settings.photons_alone = settings_.query_points_alone;

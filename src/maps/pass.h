@@ -34,6 +34,7 @@ struct PassSettings {
   bool places = false;                                  ///< fill FirstHit::triangle and barycentric, too
   SlotValues values;                                    ///< kinds gather and photons: fill these of FirstHit, too
   bool surface_samples = false;                         ///< of camera views: CameraPassSettings::surface_samples
+  KnownLightEdges* edges = nullptr;                     ///< of camera views: CameraPassSettings::edges
   bool direct = true, indirect = true, caustic = true;  ///< which parts of gathered light to compute
   bool secondary_gather = true;                         ///< FinalGatherSettings::radii
   /// Fill PassResult::global_points and caustic_points, and find no light but PhotonMaps::signed_media().

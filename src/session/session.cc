@@ -352,6 +352,8 @@ ViewFrame Session::render(const ViewState& state, bool moving) {
     if (earlier % kPassesOfMaps == 0)
       gather_guide_ = learn_gather_guide(*tracer_, maps, state.camera, pass, budget_, statistics_);
     pass.guide = &gather_guide_;
+    if (earlier == 0) edges_.emplace(pass.width, pass.height);
+    pass.edges = &*edges_;
   }
   const CameraTask task{0, 0, pass.width, pass.height, moving ? moving_sample_ : earlier, 1};
   const PassMemoryKeeper keeper(pass_memory_, budget_);

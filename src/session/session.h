@@ -9,6 +9,7 @@
 #include "core/memory_budget.h"
 #include "core/spare_memory.h"
 #include "core/statistics.h"
+#include "gather/light_edges.h"
 #include "maps/pass.h"
 #include "maps/photon_maps.h"
 #include "scene/light_rig.h"
@@ -109,6 +110,7 @@ class Session {
   GatherGuide gather_guide_;                                           // of the view at rest
   bool guided_ = false;                                                // guide_ was asked for in this light
   std::optional<std::shared_ptr<const EmissionGuide>> refined_guide_;  // of this view; none: not asked for yet
+  std::optional<KnownLightEdges> edges_;                               // of the view at rest
   PassMemory pass_memory_;
   FrameSums sums_{budget_};
   ViewImage filtered_;                  // newest filtered picture of sums_

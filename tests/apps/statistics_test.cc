@@ -155,9 +155,9 @@ TEST_F(StatisticsTest, CountsOfAClosedBoxAreKnown) {
     const json s = statistics("builtin:furnace-box", {"--engine", engine, "--no-secondary-gather"});
     const json& count = s["count"];
     const std::uint64_t slots = kSide * kSide * kSamples;
-    // Four of five are surface samples. Rays through the corners of pixels look for edges of light in each pass.
+    // Four of five are surface samples. Rays through the corners of pixels look for edges of light, once.
     constexpr int kBlocks = kSide / CameraTask::kBlock, kCorners = CameraTask::kBlock + 1;
-    EXPECT_EQ(count["camera_rays"], 5 * slots + kSamples * kBlocks * kBlocks * kCorners * kCorners) << engine;
+    EXPECT_EQ(count["camera_rays"], 5 * slots + kBlocks * kBlocks * kCorners * kCorners) << engine;
     EXPECT_EQ(count["gather_points"], slots) << engine;
     // Rays into the surface itself, which rounding may make, are not traced.
     EXPECT_LE(count["gather_rays"], slots * kGather) << engine;

@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "gather/direct_light.h"
 #include "gather/final_gather.h"
+#include "gather/light_edges.h"
 #include "scene/scene_parts.h"
 #include "support/scene_test_name.h"
 #include "transport/vertex.h"
@@ -219,6 +220,28 @@ TEST(SurfaceSamples, AreThoseOfTheWholePicture) {
         EXPECT_EQ(part.radiance.sun[of_part], whole.radiance.sun[of_whole]);
         EXPECT_EQ(part.first_hit.surface_albedo[of_part], whole.first_hit.surface_albedo[of_whole]);
       }
+}
+
+/// Passes that know the edges of earlier ones have the same samples, by fewer rays.
+TEST(SurfaceSamples, RememberEdgesOfLight) {
+  const Scene scene(wall_with_shadow());
+  const Tracer tracer(scene);
+  KnownLightEdges known(20, 20);
+  CameraPassSettings settings;
+  settings.width = settings.height = 20;
+  settings.surface_samples = settings.suns = true;
+  const auto see = [&](KnownLightEdges* edges, Seen& seen) {
+    settings.edges = edges;
+    Statistics statistics;
+    camera_pass(tracer, scene.camera(""), CameraTask{0, 0, 20, 20, 0, 1}, settings, seen.radiance, seen.first_hit,
+                statistics);
+    return statistics.count(Counter::camera_rays);
+  };
+  Seen alone, first, second;
+  const std::uint64_t rays = see(nullptr, alone);
+  EXPECT_EQ(see(&known, first), rays);
+  EXPECT_EQ(see(&known, second), rays - (17 + 5) * (17 + 5));
+  for (const Seen* seen : {&first, &second}) EXPECT_EQ(seen->radiance.sun, alone.radiance.sun);
 }
 
 /// Surface samples bring the light of two suns that light samples bring, on diffuse, rough and coated surfaces, beside
