@@ -183,7 +183,7 @@ TEST_F(BadInputTest, FullDisk) {
 }
 
 TEST_F(BadInputTest, TooLittleMemory) {
-  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--memory", "1M", "--photons", "500k"}), {"memory"}));
+  EXPECT_TRUE(refused(render("builtin:cornell", {"-o", "a.exr", "--memory", "1M", "--photons", "20k"}), {"memory"}));
   EXPECT_THAT(names(), IsEmpty());
 }
 

@@ -43,7 +43,7 @@ using SlowDaylightTest = DaylightTest;
 TEST_F(DaylightTest, InterruptAfterTheRoundsEndsAtOnceAndLeavesNothing) {
   write_inputs(10);
   std::ofstream points(path("b.pts"));
-  for (int i = 0; i < 50'000; ++i) points << "0 " << 0.5 + 1e-6 * i << " 0 0 1 0\n";
+  for (int i = 0; i < 20'000; ++i) points << "0 " << 0.5 + 1e-6 * i << " 0 0 1 0\n";
   points.close();
   Running program(folder_, {"daylight", "floor.obj", "--epw", "a.epw", "--points", "b.pts", "--samples", "4",
                             "--gather", "1", "--photons", "2000", "--sun-step", "30", "-v", "-o", "y.csv"});

@@ -140,7 +140,9 @@ Outcome ProgramTest::render(const std::string& scene, const std::vector<std::str
   add_unless_given("--samples", "1");
   if (std::find(more.begin(), more.end(), "path") == more.end()) {
     add_unless_given("--gather", "4");
-    add_unless_given("--photons", "2k");
+    // To learn where photons are needed takes longer than such a render.
+    if (std::find(more.begin(), more.end(), "--photons") == more.end())
+      arguments.insert(arguments.end(), {"--photons", "2k", "--no-guiding"});
   }
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run(arguments, prepare);

@@ -56,7 +56,8 @@ class ProgramTest : public FolderTest {
   bool wait_for_file(const std::string& name, double seconds) const;
 
   Outcome run(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}) const;
-  /// Runs `render` in a size that takes no time: 16x16 pixels, 1 sample, 4 gather rays, 2000 photons.
+  /// Runs `render` in a size that takes no time: 16x16 pixels, 1 sample, 4 gather rays, 2000 photons without guides;
+  /// with guides if `more` gives the number of photons.
   Outcome render(const std::string& scene, const std::vector<std::string>& more,
                  const std::function<void()>& prepare = {}) const;
 

@@ -310,7 +310,8 @@ TEST_F(RenderTest, KilledRenderResumesToTheSameBits) {
     std::vector<std::string> options = {"--size", "48x40", "--aov", "direct,normal,depth"};
     options.insert(options.end(), kind.begin(), kind.end());
     std::vector<std::string> endless = {"render", "builtin:cornell", "-q", "--samples", "1M", "--resume=c.checkpoint"};
-    if (kind.front() != "--integrator") endless.insert(endless.end(), {"--gather", "4", "--photons", "2k"});
+    if (kind.front() != "--integrator")
+      endless.insert(endless.end(), {"--gather", "4", "--photons", "2k", "--no-guiding"});
     endless.insert(endless.end(), options.begin(), options.end());
     {
       Running program(folder_, endless);

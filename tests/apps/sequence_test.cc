@@ -68,22 +68,27 @@ class SequenceTest : public ProgramTest {
       return nlohmann::json{
           {"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 4}, {"material", material}}}}};
     };
-    const nlohmann::json gltf = {
-        {"asset", {{"version", "2.0"}}},
-        {"scenes", {{{"nodes", {0, 1, 2, 3, 4, 5, 6, 7}}}}},
-        {"nodes", nodes},
-        {"buffers", {{{"uri", "room.bin"}, {"byteLength", bytes.size()}}}},
-        {"bufferViews", {view(0, 48), view(48, 8), view(56, 24), view(80, 32), view(112, 12)}},
-        {"accessors",
-         {corners, accessor(1, 5126, 2, "SCALAR"), accessor(2, 5126, 2, "VEC3"), accessor(3, 5126, 2, "VEC4"),
-          accessor(4, 5123, 6, "SCALAR")}},
-        {"materials", {{{"doubleSided", true}}, {{"doubleSided", true}, {"emissiveFactor", {1, 1, 1}}}}},
-        {"meshes", {mesh(0), mesh(1)}},
-        {"animations",
-         {{{"samplers", {{{"input", 1}, {"output", 2}}, {{"input", 1}, {"output", 3}}}},
-           {"channels",
-            {{{"sampler", 0}, {"target", {{"node", 7}, {"path", "translation"}}}},
-             {{"sampler", 1}, {"target", {{"node", 7}, {"path", "rotation"}}}}}}}}}};
+    // In a white room paths hardly end.
+    const nlohmann::json grey = {
+        {"doubleSided", true},
+        {"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.5, 0.5, 1}}, {"metallicFactor", 0}}}};
+    nlohmann::json lamp = grey;
+    lamp["emissiveFactor"] = {1, 1, 1};
+    const nlohmann::json gltf = {{"asset", {{"version", "2.0"}}},
+                                 {"scenes", {{{"nodes", {0, 1, 2, 3, 4, 5, 6, 7}}}}},
+                                 {"nodes", nodes},
+                                 {"buffers", {{{"uri", "room.bin"}, {"byteLength", bytes.size()}}}},
+                                 {"bufferViews", {view(0, 48), view(48, 8), view(56, 24), view(80, 32), view(112, 12)}},
+                                 {"accessors",
+                                  {corners, accessor(1, 5126, 2, "SCALAR"), accessor(2, 5126, 2, "VEC3"),
+                                   accessor(3, 5126, 2, "VEC4"), accessor(4, 5123, 6, "SCALAR")}},
+                                 {"materials", {grey, lamp}},
+                                 {"meshes", {mesh(0), mesh(1)}},
+                                 {"animations",
+                                  {{{"samplers", {{{"input", 1}, {"output", 2}}, {{"input", 1}, {"output", 3}}}},
+                                    {"channels",
+                                     {{{"sampler", 0}, {"target", {{"node", 7}, {"path", "translation"}}}},
+                                      {{"sampler", 1}, {"target", {{"node", 7}, {"path", "rotation"}}}}}}}}}};
     std::ofstream(path(name)) << gltf;
   }
   /// A program `ffmpeg` that first runs a line of the shell, then copies its input to its output, `$last`; and PATH
