@@ -184,7 +184,7 @@ TEST(AdaptiveRender, GivesTheSameBitsForAnyThreadsAndMemoryAndAfterInterruptions
 TEST(SlowAdaptiveRender, HasTheMeanOfEvenSamples) {
   const Stage stage(builtin_scene("ring"));
   // Both renders of a seed have the same photons.
-  constexpr int kRenders = 20;
+  constexpr int kRenders = 10;
   double sum = 0, squares = 0;
   for (int seed = 0; seed < kRenders; ++seed) {
     RenderSettings settings = adaptive_render(24, 0.15);

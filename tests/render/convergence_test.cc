@@ -36,7 +36,7 @@ Estimate estimate(const Stage& stage, RenderSettings settings, std::uint32_t ren
 /// Within 1% at a confidence of 99.7%: the ratio lies within 0.01 with three of its standard errors to spare.
 TEST(SlowIndirectLight, HasTheMeanOfThePathTracer) {
   const Stage stage(builtin_scene("cornell"));
-  RenderSettings path = indirect(by_path(0, 1024)), photon = indirect(by_photons(0, 16, 16, 1'000'000, "blocked"));
+  RenderSettings path = indirect(by_path(0, 512)), photon = indirect(by_photons(0, 8, 16, 1'000'000, "blocked"));
   photon.nearest = 25;
   for (RenderSettings* settings : {&path, &photon}) {
     settings->width = 32;

@@ -98,6 +98,7 @@ RenderSettings small_picture() {
   RenderSettings s = by_photons(40, 5, 4, 1000, "auto");
   s.filter = Filtering::automatic;
   s.aovs = aov_names();
+  s.guiding = false;  // which takes most of the time of a small picture
   return s;
 }
 
@@ -105,7 +106,8 @@ TEST(SharedRender, HasTheBitsOfOneProcess) {
   const Stage stage(builtin_scene("cornell"));
   const RenderSettings settings = small_picture();
   RenderSettings progressive = settings, path = settings, noise = settings, reverse = settings, part = settings;
-  RenderSettings more_photons = settings;
+  RenderSettings more_photons = settings, guided = settings;
+  guided.guiding = true;
   progressive.progressive = true;
   path.integrator = Integrator::path;
   path.samples = 20;
@@ -113,7 +115,7 @@ TEST(SharedRender, HasTheBitsOfOneProcess) {
   more_photons.noise_target = more_photons.photon_target = 0.02;
   reverse.engine = "reverse";
   part.part = {2, 2};
-  for (const RenderSettings& s : {settings, progressive, path, noise, more_photons, reverse, part}) {
+  for (const RenderSettings& s : {guided, progressive, path, noise, more_photons, reverse, part}) {
     Job job(stage.scene, stage.tracer, s);
     job.wait();
     EXPECT_EQ(job.has_more_photons(), s.photon_target > 0);
@@ -160,6 +162,7 @@ TEST(SharedRender, RoundsCountTheSamplesOfManyObjects) {
     objects.push_back({static_cast<std::uint32_t>(objects.size()), ""});
   const Stage stage(std::move(description));
   RenderSettings settings = by_photons(48, 32, 4, 1000, "auto");
+  settings.guiding = false;
   settings.noise_target = 1e-3;
   settings.aovs = {"object-id"};
   EXPECT_TRUE(render(stage, settings, 3).save() == stage.render(settings).save());

@@ -92,7 +92,8 @@ TEST_F(ForgedFiles, PiecesWithIndicesBeyondTheirArraysAreMadeAgain) {
 
 TEST_F(ForgedFiles, PartsAreRefusedOrMakePictures) {
   const Stage stage(builtin_scene("cornell"));
-  RenderSettings settings = by_photons(16, 2, 4, 1000, "auto");
+  RenderSettings settings = by_photons(8, 2, 4, 1000, "auto");
+  settings.guiding = false;
   settings.filter = Filtering::automatic;
   settings.aovs = aov_names();
   settings.light_groups = true;
@@ -144,7 +145,8 @@ TEST_F(ForgedFiles, PartsAreRefusedOrMakePictures) {
 
 TEST_F(ForgedFiles, CheckpointsAreRefusedOrContinued) {
   const Stage stage(builtin_scene("cornell"));
-  RenderSettings settings = by_photons(16, 2, 4, 1000, "auto");
+  RenderSettings settings = by_photons(8, 2, 4, 1000, "auto");
+  settings.guiding = false;
   Job job(stage.scene, stage.tracer, settings);
   job.wait();
   const Checkpoint own = job.checkpoint();
@@ -169,7 +171,7 @@ TEST_F(ForgedFiles, CheckpointsAreRefusedOrContinued) {
     forged.passes = number;
     take(forged);
     forged = own;
-    forged.round.assign(16 * 16, number);
+    forged.round.assign(8 * 8, number);
     take(forged);
     forged.round.assign(number % 7, number);
     take(forged);
