@@ -116,7 +116,7 @@ class EveryInstructionSet : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(EveryInstructionSet, GathersAsPlainCode) {
-  const PhotonBatch photons = room_photons(3001);
+  const PhotonBatch photons = room_photons(1001);
   for (const KernelShape kernel : kKernelShapes) {
     const RadiusPolicy policy = per_photon(photons, kernel);
     const ForwardMap map = build_forward_map(photons, photons.flux, policy);

@@ -222,8 +222,8 @@ std::vector<RGB> reverse(const ReverseOptions& options, const PhotonBatch& photo
 }
 
 TEST(ReverseEngine, BatchesFindTheSameAsSingleSearches) {
-  const PhotonBatch photons = room_photons(20000);
-  const QueryPoints points = room_queries(30000);
+  const PhotonBatch photons = room_photons(5000);
+  const QueryPoints points = room_queries(8000);
   for (const KernelShape kernel : {KernelShape::box, KernelShape::epanechnikov}) {
     const RadiusPolicy policy = widely_varied(photons, kernel);
     Statistics single_statistics;
@@ -248,8 +248,8 @@ TEST(ReverseEngine, AgreesForEveryLeafSize) {
 }
 
 TEST(ReverseEngine, AgreesWithForwardAndBlockedToRounding) {
-  const PhotonBatch photons = room_photons(50000);
-  const QueryPoints points = room_queries(60000);
+  const PhotonBatch photons = room_photons(20000);
+  const QueryPoints points = room_queries(24000);
   const RadiusPolicy policy = widely_varied(photons);
   const std::vector<RGB> values = run("reverse", photons, policy, points);
   EXPECT_LT(largest_difference(values, run("forward", photons, policy, points)), 1e-5);
