@@ -68,8 +68,11 @@ struct Line {
   std::uint32_t places = 0;  ///< found on it
   bool plain = true;         ///< all its places lie in the cluster's plane
 
-  /// Takes the line through a surface.
-  void cross(bool front) { depth += front ? 1 : -1; }
+  /// Takes the line through a surface. Nothing is hidden behind a sheet that light reaches on both sides.
+  /// @param front whether it meets the front, by the winding
+  void cross(bool front, LitSide lit) {
+    if (lit != LitSide::both) depth += front == (lit == LitSide::front) ? 1 : -1;
+  }
 };
 
 /// A place on a line where query points may lie.
@@ -111,8 +114,9 @@ struct Kernels {
 /// Measures one cluster after the other.
 class ClusterMass {
  public:
-  ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points, bool on_all_surfaces)
-      : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer, on_all_surfaces) {}
+  ClusterMass(const Tracer& tracer, const Kernels& kernels, const std::vector<LinePoint>& points, bool on_all_surfaces,
+              const LitSides& sides)
+      : scene_(tracer.scene()), kernels_(kernels), points_(points), surface_(tracer, on_all_surfaces, sides) {}
 
   /// Sets the factors of the cluster's kernels where they are not 1. Keeps their cuts.
   /// @param key    of the cluster's random numbers
@@ -227,7 +231,7 @@ class ClusterMass {
     // What lies behind walls is cut off the kernels.
     for (const Meeting& m : surface_.meetings(segments_, step(), step()))
       if (!walls_.cuts_at(m.triangle))
-        lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0);
+        lines_[before + m.segment].cross(dot(local_normal(m.triangle), way(before + m.segment)) < 0, m.lit);
   }
 
   /// By the winding, unit.
@@ -242,7 +246,7 @@ class ClusterMass {
     Vec3 normal = local_normal(hit.triangle);
     const float cosine = normal.z;
     const bool buried = line.depth > 0;
-    line.cross(cosine > 0);
+    line.cross(cosine > 0, hit.lit);
     if (buried || !hit.takes_flux || std::abs(cosine) < kMinCosine) return;
     // A single sheet may have either winding.
     if (cosine < 0) normal = -normal;
@@ -322,11 +326,13 @@ class ClusterMass {
 /// The factors of all clusters, or of some.
 class Factors {
  public:
-  Factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy, bool on_all_surfaces)
+  Factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy, bool on_all_surfaces,
+          const LitSides& sides)
       : tracer_(tracer),
         photons_(photons),
         policy_(policy),
         on_all_surfaces_(on_all_surfaces),
+        sides_(sides),
         factors_(photons.size(), 1.0f) {
     if (policy.kind == RadiusKind::fixed) same_.assign(photons.size(), policy.radius);
     radii_ = same_.empty() ? std::span(policy.radii) : std::span<const float>(same_);
@@ -344,7 +350,7 @@ class Factors {
     const std::size_t first = clusters.size() * piece / pieces, end = clusters.size() * (piece + 1) / pieces;
     parallel_for(first, end, even_grain(end - first), [&](std::size_t from, std::size_t to) {
       const Kernels kernels{photons_.position, photons_.normal, radii_, policy_.kernel, policy_.min_normal_cosine};
-      ClusterMass mass(tracer_, kernels, points_, on_all_surfaces_);
+      ClusterMass mass(tracer_, kernels, points_, on_all_surfaces_, sides_);
       for (std::size_t i = from; i < to; ++i) {
         const std::span<const std::uint32_t> photons = members(clusters[i]);
         mass.measure(clusters[i], photons, photons[0], kAllLines, factors_);
@@ -367,6 +373,7 @@ class Factors {
   const PhotonBatch& photons_;
   const RadiusPolicy& policy_;
   const bool on_all_surfaces_;
+  const LitSides& sides_;
   std::vector<float> factors_, same_;
   std::span<const float> radii_;
   std::optional<BoundaryClusters> all_;
@@ -438,15 +445,15 @@ void measure_all(Factors& factors, std::size_t photons, SharedWork* shared, cons
 }  // namespace
 
 std::vector<float> boundary_factors(const Tracer& tracer, const PhotonBatch& photons, const RadiusPolicy& policy,
-                                    std::vector<PhotonCuts>* cuts, SharedWork* shared, const std::string& name,
-                                    bool on_all_surfaces) {
-  Factors factors(tracer, photons, policy, on_all_surfaces);
+                                    const LitSides& sides, std::vector<PhotonCuts>* cuts, SharedWork* shared,
+                                    const std::string& name, bool on_all_surfaces) {
+  Factors factors(tracer, photons, policy, on_all_surfaces, sides);
   if (photons.size() > 0) measure_all(factors, photons.size(), shared, name, cuts);
   return std::move(factors.values());
 }
 
 void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::span<const float> radii,
-                       KernelShape kernel, std::span<RGB> radiance, bool on_all_surfaces) {
+                       KernelShape kernel, const LitSides& sides, std::span<RGB> radiance, bool on_all_surfaces) {
   const std::vector<LinePoint> lines = make_line_points();
   const std::span<const Vec3> positions = points.position, normals = points.normal;
   parallel_for(0, points.size(), even_grain(points.size()), [&](std::size_t first, std::size_t last) {
@@ -454,7 +461,7 @@ void correct_estimates(const Tracer& tracer, const QueryPoints& points, std::spa
     ClusterMass mass(tracer,
                      {positions.subspan(first, count), normals.subspan(first, count), radii.subspan(first, count),
                       kernel, kMinNormalCosine},
-                     lines, on_all_surfaces);
+                     lines, on_all_surfaces, sides);
     std::vector<float> factors(count, 1.0f);
     for (std::uint32_t i = 0; i < count; ++i) {
       RGB& estimate = radiance[first + i];

@@ -141,8 +141,8 @@ RadiusPolicy IndexedMap::policy(const KernelInputs& inputs) const {
 std::vector<float> IndexedMap::factors(RadiusPolicy policy, const std::string& name, std::vector<PhotonCuts>* cuts,
                                        bool on_all_surfaces, const MapWork& work) const {
   const auto found_for = [&](const std::string& round) {
-    return boundary_factors(work.tracer, photons_->batch, policy, cuts, work.shared, name_ + ("-" + name + round),
-                            on_all_surfaces);
+    return boundary_factors(work.tracer, photons_->batch, policy, work.sides, cuts, work.shared,
+                            name_ + ("-" + name + round), on_all_surfaces);
   };
   const bool is_nearest = policy.kind == RadiusKind::nearest;
   policy.kind = RadiusKind::per_photon;

@@ -14,6 +14,7 @@
 #include "density/query_radii.h"
 #include "density/radius.h"
 #include "gather/point_pass.h"
+#include "maps/lit_sides.h"
 #include "photon/photon_tracer.h"
 #include "scene/light_groups.h"
 #include "trace/tracer.h"
@@ -100,6 +101,7 @@ struct MoreOfMap {
 /// What update() works with beside its inputs; nothing of it changes the result.
 struct MapWork {
   const Tracer& tracer;
+  const LitSides& sides;         ///< as the photons of the global map show them
   SharedWork* shared = nullptr;  ///< processes that divide the work; null: none
   Statistics& statistics;
 };

@@ -69,7 +69,7 @@ bool NearbySurface::copy(std::uint32_t triangle) {
   if (std::any_of(triangles_.begin(), triangles_.end(), is_it)) return true;
   if (triangles_.size() == kMostCopied || scene.has_alpha(material)) return false;
   const CornerAndEdges place{{c.x, c.y, c.z}, {{e.x, e.y, e.z}, {f.x, f.y, f.z}}};
-  triangles_.push_back({place, highest, triangle, takes_flux(triangle)});
+  triangles_.push_back({place, highest, triangle, takes_flux(triangle), lit_side(triangle)});
   return true;
 }
 
@@ -126,7 +126,8 @@ void NearbySurface::meet_copied(const Segments& segments, float first) {
     const bool takes = triangle.takes_flux;
     if (triangle.highest < lowest[takes]) continue;
     const std::size_t count = segment_hits(arrays, triangle.place, least[takes], segment_.data(), distance_.data());
-    for (std::size_t i = 0; i < count; ++i) found_.push_back({segment_[i], distance_[i], triangle.index, takes});
+    for (std::size_t i = 0; i < count; ++i)
+      found_.push_back({segment_[i], distance_[i], triangle.index, takes, triangle.lit});
   }
 }
 
@@ -179,7 +180,7 @@ void NearbySurface::trace(const Segments& segments, float first, float step) {
       const auto& [distance, triangle, barycentric] = hits_[i];
       if (triangle == kNone) continue;
       const bool takes = takes_flux(triangle);
-      if (!takes || distance >= first) found_.push_back({active[i], distance, triangle, takes});
+      if (!takes || distance >= first) found_.push_back({active[i], distance, triangle, takes, lit_side(triangle)});
       active[kept] = active[i];
       rays_[kept] = rays_[i];
       rays_[kept++].t_min = distance + (takes && distance >= first ? step : std::min(step, rounding()));

@@ -8,6 +8,7 @@
 #include "core/vec.h"
 #include "kernels/boundary.h"
 #include "maps/boundary_clusters.h"
+#include "maps/lit_sides.h"
 #include "trace/tracer.h"
 
 namespace glowworm {
@@ -40,6 +41,7 @@ struct Meeting {
   float distance;  ///< as a share of the segment
   std::uint32_t triangle;
   bool takes_flux;  ///< as that of NearbySurface::Triangle
+  LitSide lit;      ///< as that
 };
 
 /// The surface, but for interfaces, that lies in the cylinder around a cluster: within `reach` of the axis along its
@@ -48,8 +50,11 @@ struct Meeting {
 class NearbySurface {
  public:
   /// @param on_all_surfaces whether photons lie on mirrors, glass and black, too (PhotonPassSettings)
-  NearbySurface(const Tracer& tracer, bool on_all_surfaces)
-      : tracer_(tracer), takes_flux_(tracer.scene().materials().size(), on_all_surfaces ? kYes : kUnknown) {}
+  /// @param sides of the triangles; must outlive this
+  NearbySurface(const Tracer& tracer, bool on_all_surfaces, const LitSides& sides)
+      : tracer_(tracer),
+        sides_(sides),
+        takes_flux_(tracer.scene().materials().size(), on_all_surfaces ? kYes : kUnknown) {}
 
   /// Finds the surface near another cluster. The cluster must outlive the use of meetings().
   void approach(const BoundaryCluster& cluster);
@@ -66,6 +71,7 @@ class NearbySurface {
     float highest;  ///< z of a corner, metres
     std::uint32_t index;
     bool takes_flux;  ///< whether photons and query points may lie on it: some point of its material has a broad lobe
+    LitSide lit;
   };
   /// The triangles in the cylinder, and possibly some near it; none where they are too many to copy.
   std::span<const Triangle> triangles() const { return copied_ ? std::span(triangles_) : std::span<const Triangle>(); }
@@ -79,6 +85,7 @@ class NearbySurface {
   enum Answer : std::uint8_t { kUnknown, kNo, kYes };
 
   bool takes_flux(std::uint32_t triangle);
+  LitSide lit_side(std::uint32_t triangle) const { return sides_.of(tracer_.scene().geometry(), triangle); }
   bool copy(std::uint32_t triangle);
   std::array<Vec3, 3> local_triangle(std::uint32_t triangle) const;
   bool reaches(const std::array<Vec3, 3>& corner) const;
@@ -89,6 +96,7 @@ class NearbySurface {
   float rounding() const { return 2 * cluster_->step + 0x1p-21f; }
 
   const Tracer& tracer_;
+  const LitSides& sides_;
   const BoundaryCluster* cluster_ = nullptr;
   Frame frame_;
   float reach_squared_ = 0, lowest_ = 0, highest_ = 0;  ///< of the cylinder, with room for rounding

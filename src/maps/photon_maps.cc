@@ -86,6 +86,7 @@ void PhotonMaps::forget() {
   caustic_paths_ = 0;
   for (IndexedMap* map : {&global_, &caustic_}) map->clear();
   for (auto* guide : {&surface_guide_, &air_guide_}) guide->clear();
+  lit_sides_.clear();
   media_photons_.clear();
   media_maps_.clear();
   radius_grid_.clear();
@@ -138,7 +139,8 @@ void PhotonMaps::update(const Tracer& tracer, const PhotonMapSettings& wanted, S
   const bool has_too_few = caustic_paths_ > 0 && caustic_paths_ < wanted_caustic_paths();
   if (has_too_few || !global_.has_photons(photon_inputs(global_)) || !caustic_.has_photons(photon_inputs(caustic_)))
     trace(tracer, statistics);
-  const MapWork work{tracer, settings_.shared, statistics};
+  bring_up_sides(tracer, statistics);
+  const MapWork work{tracer, *lit_sides_, settings_.shared, statistics};
   bring_up_caustic(work, bring_up_global(work).get());
   bring_up_media(work);
   hold_result();
@@ -163,6 +165,7 @@ void PhotonMaps::trace(const Tracer& tracer, Statistics& statistics) {
   caustic_paths_ = 0;
   global_.clear();
   caustic_.clear();
+  lit_sides_.clear();
   media_photons_.clear();
   media_maps_.clear();
   // What was found with these photons before stays: radii by place and bright patches.
@@ -276,7 +279,15 @@ void PhotonMaps::correct(const Tracer& tracer, const QueryPoints& points, std::s
   if (!found || points.size() == 0) return;
   const std::vector<float> radii =
       scaled(found->at(points.position, points.normal, radiance), is_narrow ? IndexedMap::kNarrow : 1);
-  correct_estimates(tracer, points, radii, found->kernel(), radiance, settings_.on_all_surfaces);
+  correct_estimates(tracer, points, radii, found->kernel(), *lit_sides_, radiance, settings_.on_all_surfaces);
+}
+
+/// Finds them by all photons, but in maps of chosen ones.
+void PhotonMaps::bring_up_sides(const Tracer& tracer, Statistics& statistics) {
+  if (inputs_of(global_).correction == BoundaryCorrection::none) return;
+  const PhaseTimer timer(statistics, Phase::build_photon_map);
+  const IndexedMap& map = settings_.choice == PhotonChoice::all ? global_ : caustic_;
+  lit_sides_.update(photon_inputs(global_), [&] { return LitSides(tracer, map.photons().batch); });
 }
 
 std::unique_ptr<const QueryRadii> PhotonMaps::bring_up_global(const MapWork& work) {
@@ -433,7 +444,7 @@ void PhotonMaps::reserve_in(MemoryBudget* budget) {
 /// Reserves what remains after the maps are made.
 void PhotonMaps::hold_result() {
   std::uint64_t bytes = global_.bytes() + caustic_.bytes() + air_.segments.size() * sizeof(PhotonSegment);
-  bytes += engines().bytes(global_.count() + caustic_.count());
+  bytes += lit_sides_->bytes() + engines().bytes(global_.count() + caustic_.count());
   bytes += in_media().bytes() + signed_media().bytes() + media_photons_->points.size() * bytes_each<VolumePhotons>() +
            media_photons_->beams.size() * bytes_each<VolumeBeams>();
   if (diagnosis()) bytes += diagnosis()->index_bytes(global_.count());

@@ -133,6 +133,7 @@ class PhotonMaps {
   PhotonPass trace_chosen(const Tracer& tracer, PhotonChoice choice, const DiscTree* discs, Statistics& statistics);
   /// Returns the largest radii of caustic photons; null: there are none, or all have one radius.
   std::unique_ptr<const QueryRadii> bring_up_global(const MapWork& work);
+  void bring_up_sides(const Tracer& tracer, Statistics& statistics);
   void bring_up_caustic(const MapWork& work, const QueryRadii* widest);
   void bring_up_media(const MapWork& work);
   std::uint64_t wanted_caustic_paths() const;
@@ -151,6 +152,7 @@ class PhotonMaps {
   std::unique_ptr<std::atomic<bool>> building_ = std::make_unique<std::atomic<bool>>(false);  // so that maps move
   PhotonPass pass_;
   IndexedMap global_{"global"}, caustic_{"caustic"};
+  Memo<PhotonInputs, LitSides> lit_sides_;  // empty where no kernel is corrected
   Memo<PhotonInputs, MediaPhotons> media_photons_;
   Memo<IndexInputs, MediaMaps> media_maps_;
   float common_radius_ = 0;  // of the global map

@@ -60,7 +60,7 @@ struct Measured {
 };
 
 /// The mass at a place of every copy: one over the factor there.
-Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius) {
+Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius, const LitSides& sides = {}) {
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
   policy.radius = radius;
@@ -68,7 +68,7 @@ Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
   PhotonBatch photons;
   for (int i = 0; i < kCopies; ++i) photons.push_back(place + place_of(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
   double sum = 0, squares = 0;
-  for (const float f : boundary_factors(tracer, photons, policy)) {
+  for (const float f : boundary_factors(tracer, photons, policy, sides)) {
     sum += 1 / f;
     squares += 1 / (double(f) * f);
   }
@@ -77,8 +77,9 @@ Measured measure(const Tracer& tracer, Vec3 place, KernelShape kernel, float rad
 }
 
 /// The mean lies within four standard errors of what is expected, and that is no empty statement.
-void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius, double expected) {
-  const Measured found = measure(tracer, place, kernel, radius);
+void expect_mass(const Tracer& tracer, Vec3 place, KernelShape kernel, float radius, double expected,
+                 const LitSides& sides = {}) {
+  const Measured found = measure(tracer, place, kernel, radius, sides);
   EXPECT_NEAR(found.mean, expected, 4 * found.error + 1e-3) << static_cast<int>(kernel);
   EXPECT_LT(found.error, 0.005);
 }
@@ -128,7 +129,7 @@ TEST(BoundaryTest, MirrorsHoldFluxWherePhotonsLieOnAllSurfaces) {
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
   policy.radius = 0.3f;
-  EXPECT_EQ(boundary_factors(tracer, photons, policy, nullptr, nullptr, "", true), std::vector<float>{1});
+  EXPECT_EQ(boundary_factors(tracer, photons, policy, {}, nullptr, nullptr, "", true), std::vector<float>{1});
 }
 
 /// A solid that stands apart from a surface takes nothing from it.
@@ -191,7 +192,7 @@ TEST(BoundaryTest, ThinPartsKeepTheirFlux) {
     for (int i = 0; i < kCopies; ++i)
       photons.push_back(Vec3{1, width / 2, 0} + place_of(i), {0, 0, 1}, RGB(1.0f), {0, 0, 1});
     double sum = 0, squares = 0;
-    for (const float f : boundary_factors(tracer, photons, policy)) {
+    for (const float f : boundary_factors(tracer, photons, policy, {})) {
       sum += f;
       squares += double(f) * f;
     }
@@ -207,7 +208,7 @@ std::vector<RGB> corrected(const Tracer& tracer, Vec3 place, KernelShape kernel,
   QueryPoints points;
   for (int i = 0; i < count; ++i) points.push_back(place + place_of(i), {0, 0, 1}, RGB(1.0f), RGB(1.0f), 0);
   std::vector<RGB> estimates(points.size(), RGB(1.0f));
-  correct_estimates(tracer, points, std::vector<float>(points.size(), radius), kernel, estimates);
+  correct_estimates(tracer, points, std::vector<float>(points.size(), radius), kernel, {}, estimates);
   return estimates;
 }
 
@@ -247,7 +248,7 @@ TEST(BoundaryTest, PointsWithoutPhotonsStayBlack) {
   QueryPoints points;
   for (int i = 0; i < 2; ++i) points.push_back(place_of(0), {0, 0, 1}, RGB(1.0f), RGB(1.0f), 0);
   std::vector<RGB> estimates = {RGB(0.0f), RGB(1.0f)};
-  correct_estimates(tracer, points, std::vector<float>{0.3f, 0}, KernelShape::box, estimates);
+  correct_estimates(tracer, points, std::vector<float>{0.3f, 0}, KernelShape::box, {}, estimates);
   EXPECT_EQ(estimates[0], RGB(0.0f));
   EXPECT_EQ(estimates[1], RGB(1.0f)) << "no radius is known there";
 }
@@ -290,7 +291,8 @@ TEST(BoundaryTest, LinesThroughCountlessSurfacesEnd) {
   }
   const Scene scene(std::move(d));
   const Tracer tracer(scene);
-  NearbySurface surface(tracer, false);
+  const LitSides sides;
+  NearbySurface surface(tracer, false, sides);
   BoundaryCluster cluster;
   cluster.normal = {0, 0, 1};
   cluster.reach = cluster.high = 0.1f;
@@ -304,7 +306,7 @@ TEST(BoundaryTest, LinesThroughCountlessSurfacesEnd) {
   RadiusPolicy policy;
   policy.kind = RadiusKind::fixed;
   policy.radius = 0.1f;
-  EXPECT_EQ(boundary_factors(tracer, photons, policy), std::vector<float>{0.25f});
+  EXPECT_EQ(boundary_factors(tracer, photons, policy, {}), std::vector<float>{0.25f});
 }
 
 TEST(BoundaryTest, ManyTrianglesGiveTheMassOfFew) {
@@ -354,7 +356,7 @@ TEST(BoundaryTest, SurfaceBehindAWallDoesNotCount) {
     RadiusPolicy policy;
     policy.radii.assign(photons.size(), kRadius);
     std::vector<PhotonCuts> cuts;
-    boundary_factors(tracer, photons, policy, &cuts);
+    boundary_factors(tracer, photons, policy, {}, &cuts);
     for (const auto& found : {cuts, kernel_cuts(tracer, photons, policy.radii)}) {
       ASSERT_EQ(found.size(), 2);
       for (std::uint32_t i = 0; i < 2; ++i) {
@@ -374,6 +376,86 @@ TEST(BoundaryTest, SurfaceUnderALayerDoesNotCount) {
   });
   const Tracer tracer(scene);
   EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0.01f}, KernelShape::epanechnikov, 0.2f).mean, 1.0);
+}
+
+/// A unit square of a single sheet, which faces up or, flipped, down.
+void add_sheet(MeshBuilder& mesh, float z, bool flipped) {
+  if (flipped)
+    mesh.quad({0, 0, z}, {0, 1, z}, {1, 1, z}, {1, 0, z});
+  else
+    mesh.quad({0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z});
+}
+
+/// Photons all over a side of each copy of a sheet. @param up 1 or -1
+void light_sheets(PhotonBatch& photons, float z, float up) {
+  for (int i = 0; i < kCopies; ++i)
+    for (int x = 0; x < 4; ++x)
+      for (int y = 0; y < 8; ++y)
+        photons.push_back(
+            place_of(i) + Vec3{0.2f + 0.2f * static_cast<float>(x), 0.05f + 0.12f * static_cast<float>(y), z},
+            {0, 0, up}, RGB(1.0f), {0, 0, up});
+}
+
+/// A rug that is one sheet, of either winding, on a floor.
+TEST(BoundaryTest, SurfaceUnderASheetDoesNotCount) {
+  for (const bool flipped : {false, true}) {
+    const Scene scene = copies("rug", [&](MeshBuilder& mesh) {
+      add_sheet(mesh, 0, flipped);
+      add_sheet(mesh, 0.01f, flipped);
+    });
+    const Tracer tracer(scene);
+    PhotonBatch photons;
+    light_sheets(photons, 0.01f, 1);
+    const LitSides sides(tracer, photons);
+    EXPECT_EQ(measure(tracer, {0.5f, 0.5f, 0.01f}, KernelShape::epanechnikov, 0.2f, sides).mean, 1.0) << flipped;
+  }
+}
+
+TEST(BoundaryTest, AllSheetsThatAreLitOnBothSidesCountTogether) {
+  constexpr float kGap = 0.04f, kRadius = 0.1f;
+  for (const bool flipped : {false, true}) {
+    const Scene scene = copies("blind of sheets", [&](MeshBuilder& mesh) {
+      for (int i = -5; i <= 5; ++i) add_sheet(mesh, kGap * static_cast<float>(i), flipped);
+    });
+    const Tracer tracer(scene);
+    PhotonBatch photons;
+    for (int i = -5; i <= 5; ++i)
+      for (const float up : {1.0f, -1.0f}) light_sheets(photons, kGap * static_cast<float>(i), up);
+    double expected = 1;
+    for (int i = 1; i <= 2; ++i) {
+      const double h = kGap * i / kRadius, plane = 1 - h * h;
+      expected += 2 * plane * plane;
+    }
+    SCOPED_TRACE(flipped);
+    expect_mass(tracer, {0.5f, 0.5f, 0}, KernelShape::epanechnikov, kRadius, expected, LitSides(tracer, photons));
+  }
+}
+
+/// Most triangles of a fine mesh have no photons, and a few have one.
+TEST(LitSides, OfFineMeshesAreThoseOfTheirObject) {
+  SceneDescription d;
+  d.materials.emplace_back();
+  MeshBuilder mesh(d.geometry);
+  mesh.set_material(0);
+  for (const char* name : {"from below", "from above", "dark"}) {
+    d.geometry.begin_object(name);
+    const float x = 2 * static_cast<float>(d.geometry.objects.size());
+    mesh.patch([&](float u, float v) { return Vec3{x + u, v, 0}; }, 16, 16);
+  }
+  const Scene scene(std::move(d));
+  const Tracer tracer(scene);
+  PhotonBatch photons;
+  for (int i = 0; i < 12; ++i) {
+    const Vec3 place{0.05f + 0.07f * static_cast<float>(i), 0.03f, 0};
+    photons.push_back(place + Vec3{2, 0, 0}, {0, 0, -1}, RGB(1.0f), {0, 0, -1});
+    photons.push_back(place + Vec3{4, 0, 0}, {0, 0, 1}, RGB(1.0f), {0, 0, 1});
+  }
+  const LitSides sides(tracer, photons);
+  const std::uint32_t each = static_cast<std::uint32_t>(scene.geometry().triangles.size() / 3);
+  const bool faces_up = scene.geometry().normal(0).z > 0;
+  EXPECT_EQ(sides.of(scene.geometry(), each - 1), faces_up ? LitSide::back : LitSide::front);
+  EXPECT_EQ(sides.of(scene.geometry(), 2 * each - 1), faces_up ? LitSide::front : LitSide::back);
+  EXPECT_EQ(sides.of(scene.geometry(), 3 * each - 1), LitSide::front);
 }
 
 TEST(BoundaryTest, NeighboursOnACurvedSurfaceShareTheirLines) {
@@ -398,7 +480,7 @@ TEST(BoundaryTest, NeighboursOnACurvedSurfaceShareTheirLines) {
   policy.kind = RadiusKind::fixed;
   policy.radius = 0.2f;
   double sum = 0;
-  for (const float f : boundary_factors(tracer, photons, policy)) sum += 1 / f;
+  for (const float f : boundary_factors(tracer, photons, policy, {})) sum += 1 / f;
   // The ball cuts nearly its disc's area out of the cylinder: r^2 / 8 more for the chord, as much less for the bend.
   EXPECT_NEAR(sum / static_cast<double>(photons.size()), 1, 0.01);
 }
@@ -412,9 +494,9 @@ TEST(BoundaryTest, SameForAnyNumberOfThreads) {
   RadiusPolicy policy;
   policy.radii.assign(photons.size(), 0.05f);
   set_thread_count(1);
-  const std::vector<float> one = boundary_factors(tracer, photons, policy);
+  const std::vector<float> one = boundary_factors(tracer, photons, policy, {});
   set_thread_count(2);
-  EXPECT_EQ(one, boundary_factors(tracer, photons, policy));
+  EXPECT_EQ(one, boundary_factors(tracer, photons, policy, {}));
   set_thread_count(0);
 }
 
