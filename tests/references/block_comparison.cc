@@ -32,13 +32,13 @@ std::vector<char> find_kept(const std::vector<double>& picture, std::span<const 
 }
 
 /// Pixels of one block, gathered.
-struct BlockPixels {
+struct PixelBlock {
   std::vector<std::size_t> index;
   std::vector<double> x, y;  // relative to their mean
 };
 
-BlockPixels gather(int x0, int y0, int block, int width, int height, const std::vector<char>& kept) {
-  BlockPixels out;
+PixelBlock gather(int x0, int y0, int block, int width, int height, const std::vector<char>& kept) {
+  PixelBlock out;
   double mean_x = 0, mean_y = 0;
   for (int y = y0; y < std::min(y0 + block, height); ++y)
     for (int x = x0; x < std::min(x0 + block, width); ++x) {
@@ -58,7 +58,7 @@ BlockPixels gather(int x0, int y0, int block, int width, int height, const std::
 }
 
 /// Variance of the mean of `values`, by their scatter about the plane that fits them best.
-double variance_about_plane(const BlockPixels& pixels, const std::vector<double>& values, double mean) {
+double variance_about_plane(const PixelBlock& pixels, const std::vector<double>& values, double mean) {
   double xx = 0, xy = 0, yy = 0, xv = 0, yv = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     xx += pixels.x[i] * pixels.x[i];
@@ -80,7 +80,7 @@ double variance_about_plane(const BlockPixels& pixels, const std::vector<double>
 }
 
 /// Variance of the mean over the renders of the block's mean.
-double variance_among_renders(const BlockPixels& pixels, const std::vector<std::vector<RGB>>& renders) {
+double variance_among_renders(const PixelBlock& pixels, const std::vector<std::vector<RGB>>& renders) {
   std::vector<double> means;
   for (const std::vector<RGB>& render : renders) {
     double sum = 0;
@@ -133,7 +133,7 @@ BlockComparison compare_blocks(const std::vector<std::vector<RGB>>& renders, std
   }
   for (int y = 0; y < height; y += block)
     for (int x = 0; x < width; x += block) {
-      const BlockPixels pixels = gather(x, y, block, width, height, kept);
+      const PixelBlock pixels = gather(x, y, block, width, height, kept);
       if (pixels.index.size() < static_cast<std::size_t>(block)) continue;
       BlockDifference b;
       b.x = x;
