@@ -122,7 +122,6 @@ Job::Job(std::shared_ptr<const Scene> scene, std::shared_ptr<const Tracer> trace
           DiskMemory::for_arrays(settings_.disk, bytes_of(settings_, batches(), helps(ranks)), settings_.memory_bytes)),
       film_memory_(array_budget(), "film", film_bytes(settings_, batches(), helps(ranks))),
       film_(film_of(settings_, batches(), disk_.get(), helps(ranks))),
-      edges_(settings_.width, settings_.height),
       start_(std::chrono::steady_clock::now()),
       job_end_(std::move(end)),
       time_(settings_.time_limit_s, job_end_.spent_s, [this] { return seconds(); }),
@@ -365,7 +364,8 @@ PassSettings Job::pass_settings() {
   pass.places = s.place_layers().of_triangles();
   pass.values = s.place_layers().values;
   pass.surface_samples = s.place_layers().surface_samples;
-  pass.edges = &edges_;
+  if (pass.surface_samples && !edges_) edges_.emplace(s.width, s.height);
+  pass.edges = edges_ ? &*edges_ : nullptr;
   pass.direct = pass.caustic = !s.indirect_only;
   pass.secondary_gather = s.secondary_gather;
   pass.extrapolates = s.extrapolates;

@@ -284,8 +284,8 @@ class Job {
   Statistics statistics_;
   mutable std::mutex film_mutex_;
   Film film_;
-  KnownLightEdges edges_;
-  SquareSamples round_;  // under way; empty: none
+  std::optional<KnownLightEdges> edges_;  // where there are surface samples
+  SquareSamples round_;                   // under way; empty: none
   mutable std::mutex done_mutex_;
   mutable std::condition_variable done_changes_;
   mutable std::mutex key_mutex_;

@@ -20,7 +20,7 @@ inline std::size_t index_in_block(int x, int y) {
   return static_cast<std::size_t>(y % CameraTask::kBlock * CameraTask::kBlock + x % CameraTask::kBlock);
 }
 
-/// What passes of one view have found, by block. Threads may share it.
+/// Pixels at edges of light that passes of one view have found, by block. Threads may share it.
 class KnownLightEdges {
  public:
   /// @param width, height of the picture, pixels

@@ -137,7 +137,7 @@ void sort_cuts(std::vector<PhotonCuts>& cuts) {
 std::vector<PhotonCuts> kernel_cuts(const Tracer& tracer, const PhotonBatch& photons, std::span<const float> radii,
                                     bool on_all_surfaces) {
   const BoundaryClusters all = make_boundary_clusters(photons, radii);
-  const LitSides sides;  // which walls do not ask for
+  const LitSides sides;  // walls do not use them
   std::vector<PhotonCuts> out;
   std::mutex mutex;
   parallel_for(0, all.clusters.size(), even_grain(all.clusters.size()), [&](std::size_t first, std::size_t last) {

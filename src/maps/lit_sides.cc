@@ -13,7 +13,7 @@ namespace {
 
 /// Photons that show the lit side.
 constexpr std::uint32_t kEnoughPhotons = 8;
-/// A side with less than this share of the other's photons is dark: some light always creeps below a rug.
+/// A side with less than this share of the other's photons is dark: a little light reaches the floor below a rug.
 constexpr std::uint32_t kDarkShare = 16;
 constexpr std::size_t kGrain = 4096;
 

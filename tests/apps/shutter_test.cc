@@ -115,13 +115,8 @@ TEST_F(ShutterTest, ThingsThatMoveAreTheMeanOfStills) {
 TEST_F(ShutterTest, ACameraThatMovesTracesPhotonsOnce) {
   write("a.pbrt", kMovingCamera);
   // Without a filter, all pixels have as many rays.
-  const std::vector<std::string> options = {"--samples", "8", "--filter", "off", "--stats"};
-  const auto with = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), options.begin(), options.end());
-    return more;
-  };
-  make("a.pbrt", "still.exr", with({"still.json", "--shutter", "0"}));
-  make("a.pbrt", "blurred.exr", with({"blurred.json"}));
+  make("a.pbrt", "still.exr", {"--samples", "8", "--filter", "off", "--shutter", "0", "--stats", "still.json"});
+  make("a.pbrt", "blurred.exr", {"--samples", "8", "--filter", "off", "--stats", "blurred.json"});
   EXPECT_FALSE(pixels("still.exr") == pixels("blurred.exr"));
   const nlohmann::json still = read_json("still.json"), blurred = read_json("blurred.json");
   EXPECT_EQ(blurred["passes"], 8);
